@@ -1,0 +1,168 @@
+"""Body twist <-> wheel speeds, for any base of omni or mecanum wheels: one equation, one matrix a robot.
+
+A wheel stands at p, pushes the chassis towards heading delta when it turns positively, and its roller on the ground
+has its axis a at delta + gamma. Only motion along that axis is constrained (Siegwart and Nourbakhsh, Swedish wheel,
+equation 3.12, turned into this frame):
+
+    phi_dot = a . (v + omega x p) / (r cos gamma)
+
+Stacked rows give H (wheels = H twist); the way back is the least-squares inverse H+ = (H'H)^-1 H', the plain inverse
+for three wheels. Everything is worked in plain Python floats: a linear-algebra library's last bit depends on its
+build, and a golden must not.
+
+Frame: x forward, y left, counter-clockwise positive. Wheel speeds in rad/s at the wheel, increments in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TypeAlias
+
+from bench.config import Wheel
+from bench.messages import BodyTwist
+
+Row: TypeAlias = tuple[float, float, float]
+
+SINGULAR_BELOW = 1e-9
+"""Least determinant of the scaled, normalised H'H (1 for a well-made base) that still counts as rank 3."""
+
+
+class Kinematics:
+    """The matrix of one base and its least-squares inverse. Raises ValueError where the wheels cannot span the plane."""
+
+    __slots__ = ("axes", "forward_rows", "inverse_rows", "radii", "wheel_count")
+
+    def __init__(self, wheels: Sequence[Wheel]) -> None:
+        self.wheel_count = len(wheels)
+        self.axes: tuple[Row, ...] = tuple(_axis_row(wheel) for wheel in wheels)
+        self.radii = tuple(wheel.radius_m * math.cos(wheel.roller_rad) for wheel in wheels)
+        """r cos gamma: metres along the roller axis for each radian of the wheel."""
+        self.inverse_rows: tuple[Row, ...] = tuple(
+            (ax / r, ay / r, moment / r) for (ax, ay, moment), r in zip(self.axes, self.radii, strict=True)
+        )
+        """H, one row a wheel: twist -> wheel speeds (the robotics name for this direction is inverse kinematics)."""
+        self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, _length_scale(self.axes))
+        """H+, three rows: wheel speeds -> twist."""
+
+    def wheel_speeds(self, twist: Sequence[float]) -> list[float]:
+        """Wheel speeds in rad/s (or increments in rad) that move the base with this twist (or increment)."""
+        vx, vy, omega = twist
+        return [hx * vx + hy * vy + hw * omega for hx, hy, hw in self.inverse_rows]
+
+    def twist(self, wheel_speeds: Sequence[float]) -> BodyTwist:
+        """The twist (or increment) that fits these wheel speeds best, every wheel weighing the same."""
+        vx = vy = omega = 0.0
+        for fx, fy, fw, speed in zip(*self.forward_rows, wheel_speeds, strict=True):
+            vx += fx * speed
+            vy += fy * speed
+            omega += fw * speed
+        return BodyTwist(vx, vy, omega)
+
+    def slip(self, wheel_speeds: Sequence[float]) -> list[float]:
+        """Given speeds minus those that the best-fitting twist would give; zero for three wheels, always."""
+        return [given - fit for given, fit in zip(wheel_speeds, self.wheel_speeds(self.twist(wheel_speeds)), strict=True)]
+
+    def wrench(self, wheel_torques: Sequence[float]) -> Row:
+        """Body force (N, N) and moment (N m) of ideal wheel torques: the transpose of H."""
+        fx = fy = moment = 0.0
+        for (hx, hy, hw), torque in zip(self.inverse_rows, wheel_torques, strict=True):
+            fx += hx * torque
+            fy += hy * torque
+            moment += hw * torque
+        return fx, fy, moment
+
+
+def desaturate(wheel_speeds: Sequence[float], limit_radps: float) -> list[float]:
+    """Scale all wheels by one factor so that none is above the limit: the direction of travel survives."""
+    fastest = max(map(abs, wheel_speeds))
+    if fastest <= limit_radps:
+        return list(wheel_speeds)
+    scale = limit_radps / fastest
+    return [speed * scale for speed in wheel_speeds]
+
+
+def rotate_into_body(vx_field: float, vy_field: float, heading_rad: float) -> tuple[float, float]:
+    """Field-frame velocity -> body frame: turned by minus the heading ("headless" driving)."""
+    c, s = math.cos(heading_rad), math.sin(heading_rad)
+    return c * vx_field + s * vy_field, c * vy_field - s * vx_field
+
+
+def twist_at_origin(twist_at_point: Sequence[float], point: Sequence[float]) -> BodyTwist:
+    """The twist of the body's origin when `twist_at_point` is that of the body point (x_m, y_m)."""
+    vx, vy, omega = twist_at_point
+    return BodyTwist(vx + omega * point[1], vy - omega * point[0], omega)
+
+
+def twist_from_document_004(x_right: float, y_forward: float, yaw_clockwise: float) -> BodyTwist:
+    """Document 004 and its firmware: x right, y forward, yaw clockwise -> this frame."""
+    return BodyTwist(y_forward, -x_right, -yaw_clockwise)
+
+
+def twist_from_document_002(x_right: float, y_forward: float, yaw_counter_clockwise: float) -> BodyTwist:
+    """Documents 001 and 002: x right, y forward, yaw counter-clockwise -> this frame."""
+    return BodyTwist(y_forward, -x_right, yaw_counter_clockwise)
+
+
+def singular_values(rows: Sequence[Row], length_scale_m: float) -> list[float]:
+    """Singular values, largest first, of rows (already times r cos gamma) with the third column over the length."""
+    a = _gram([(x, y, w / length_scale_m) for x, y, w in rows])
+    return [math.sqrt(max(0.0, value)) for value in _symmetric_eigenvalues(a)]
+
+
+def _axis_row(wheel: Wheel) -> Row:
+    """(a, p x a): what the roller axis feels of a twist, in m/s."""
+    angle = wheel.heading_rad + wheel.roller_rad
+    ax, ay = math.cos(angle), math.sin(angle)
+    return ax, ay, wheel.x_m * ay - wheel.y_m * ax
+
+
+def _length_scale(axes: Sequence[Row]) -> float:
+    """A length of the base, so that metres and radians are judged alike: the largest moment arm."""
+    return max((abs(moment) for _, _, moment in axes), default=0.0) or 1.0
+
+
+def _gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
+    gram = [[0.0] * 3 for _ in range(3)]
+    for row in rows:
+        for i in range(3):
+            for j in range(3):
+                gram[i][j] += row[i] * row[j]
+    return gram
+
+
+def _pseudo_inverse(rows: Sequence[Row], length_m: float) -> tuple[tuple[float, ...], ...]:
+    # The third column is divided by a length first: the determinant is then a fair measure of the layout, not of units.
+    scaled = [(x, y, w / length_m) for x, y, w in rows]
+    g = _gram(scaled)
+    size = (g[0][0] + g[1][1] + g[2][2]) / 3.0
+    cofactors = [
+        [
+            g[(j + 1) % 3][(i + 1) % 3] * g[(j + 2) % 3][(i + 2) % 3]
+            - g[(j + 1) % 3][(i + 2) % 3] * g[(j + 2) % 3][(i + 1) % 3]
+            for j in range(3)
+        ]
+        for i in range(3)
+    ]
+    determinant = g[0][0] * cofactors[0][0] + g[0][1] * cofactors[1][0] + g[0][2] * cofactors[2][0]
+    if not math.isfinite(determinant) or determinant <= SINGULAR_BELOW * size**3:
+        raise ValueError("the wheels cannot move the base in x, y and yaw independently (singular layout)")
+    inverse = [[value / determinant for value in line] for line in cofactors]
+    forward = [[inverse[i][0] * x + inverse[i][1] * y + inverse[i][2] * w for x, y, w in scaled] for i in range(3)]
+    return tuple(forward[0]), tuple(forward[1]), tuple(value / length_m for value in forward[2])
+
+
+def _symmetric_eigenvalues(a: list[list[float]]) -> list[float]:
+    """Eigenvalues of a symmetric 3 x 3 matrix, largest first, by cyclic Jacobi rotations."""
+    m = [row[:] for row in a]
+    for _ in range(30):
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            if m[p][q] == 0.0:
+                continue
+            theta = 0.5 * math.atan2(2.0 * m[p][q], m[q][q] - m[p][p])
+            c, s = math.cos(theta), math.sin(theta)
+            for k in range(3):
+                m[k][p], m[k][q] = c * m[k][p] - s * m[k][q], s * m[k][p] + c * m[k][q]
+            for k in range(3):
+                m[p][k], m[q][k] = c * m[p][k] - s * m[q][k], s * m[p][k] + c * m[q][k]
+    return sorted((m[i][i] for i in range(3)), reverse=True)
