@@ -217,7 +217,7 @@ def profile_path(name_or_path: str | Path) -> Path:
 def load_robot(name_or_path: str | Path) -> Robot:
     """Read and check a robot file. Raises ConfigError with file, key and what to try."""
     path = robot_path(name_or_path)
-    data = _Table(path, "", read_toml(path))
+    data = Table(path, "", read_toml(path))
     data.take_schema()
     motor = data.table("motor").into(Motor)
     wheels = tuple(_read_wheel(entry) for entry in data.tables("wheel"))
@@ -246,7 +246,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
 def load_profile(name_or_path: str | Path) -> Profile:
     """Read and check a transmitter profile. Raises ConfigError with file, key and what to try."""
     path = profile_path(name_or_path)
-    data = _Table(path, "", read_toml(path))
+    data = Table(path, "", read_toml(path))
     data.take_schema()
     sticks = {name: data.table(name).into(Axis) for name in ("forward", "right", "clockwise")}
     buttons = {name: data.table(name).into(Button) for name in ("aux1", "aux2") if data.has(name)}
@@ -277,7 +277,7 @@ _T = TypeVar("_T")
 _KIND_NAMES = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "a list"}
 
 
-class _Table:
+class Table:
     """One TOML table with its address, so that every refusal says which file and which key."""
 
     def __init__(self, path: Path, where: str, values: Mapping[str, Any]) -> None:
@@ -287,16 +287,20 @@ class _Table:
         self.known: list[str] = []
 
     def key(self, name: str) -> str:
+        """The key's full address in the file."""
         return f"{self.where}.{name}" if self.where else name
 
     def fail(self, name: str, what: str) -> ConfigError:
+        """The error for one key of this table."""
         return ConfigError(f"{self.path}: {self.key(name)}: {what}")
 
     def has(self, name: str) -> bool:
+        """Whether the file gives this key, which is a known one from now on."""
         self.known.append(name)
         return name in self.values
 
     def take_schema(self) -> None:
+        """Refuse a file of another schema."""
         schema = self.get("schema", int, 1)
         if schema != 1:
             raise self.fail("schema", f"expected 1, got {schema}; this file is for another version of wheelbench")
@@ -319,21 +323,23 @@ class _Table:
             raise self.fail(name, f"expected a finite number, got {value}")
         return value
 
-    def table(self, name: str, *, optional: bool = False) -> _Table:
+    def table(self, name: str, *, optional: bool = False) -> Table:
+        """Take a table out of this one."""
         self.known.append(name)
         value = self.values.pop(name, {} if optional else None)
         if value is None:
             raise self.fail(name, f"the table [{self.key(name)}] is missing")
         if not isinstance(value, dict):
             raise self.fail(name, f"expected a table [{self.key(name)}], got {value!r}")
-        return _Table(self.path, self.key(name), value)
+        return Table(self.path, self.key(name), value)
 
-    def tables(self, name: str) -> list[_Table]:
+    def tables(self, name: str) -> list[Table]:
+        """Take an array of tables, at least one long."""
         self.known.append(name)
         value = self.values.pop(name, None)
         if not isinstance(value, list) or not value or not all(isinstance(entry, dict) for entry in value):
             raise self.fail(name, f"expected at least one table [[{self.key(name)}]]")
-        return [_Table(self.path, f"{self.key(name)}[{i}]", entry) for i, entry in enumerate(value)]
+        return [Table(self.path, f"{self.key(name)}[{i}]", entry) for i, entry in enumerate(value)]
 
     def into(self, cls: type[_T], **ready: Any) -> _T:
         """Fill a dataclass from this table; keys that it does not have are errors."""
@@ -347,6 +353,7 @@ class _Table:
         return cls(**values)
 
     def refuse_rest(self) -> None:
+        """Raise ConfigError where the file has a key that nobody asked for."""
         for name in self.values:
             if name not in self.known:
                 raise self.fail(name, f"unknown key{nearest(name, sorted(set(self.known)))}")
@@ -369,7 +376,7 @@ def _beside(path: Path, name: str) -> str | Path:
     return path.parent / name if name.endswith(".toml") else name
 
 
-def _read_wheel(entry: _Table) -> Wheel:
+def _read_wheel(entry: Table) -> Wheel:
     """A wheel by (x_m, y_m, heading_deg) or, standing tangentially, by (bearing_deg, distance_m)."""
     if entry.has("bearing_deg"):
         bearing_rad = math.radians(entry.get("bearing_deg", float))

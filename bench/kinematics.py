@@ -29,20 +29,20 @@ SINGULAR_BELOW = 1e-9
 
 
 class Kinematics:
-    """The matrix of one base and its least-squares inverse. Raises ValueError where the wheels cannot span the plane."""
+    """The matrix of one base and its least-squares inverse. Raises ValueError where they cannot span the plane."""
 
     __slots__ = ("axes", "forward_rows", "inverse_rows", "radii", "wheel_count")
 
     def __init__(self, wheels: Sequence[Wheel]) -> None:
         self.wheel_count = len(wheels)
-        self.axes: tuple[Row, ...] = tuple(_axis_row(wheel) for wheel in wheels)
+        self.axes = axis_rows(wheels)
         self.radii = tuple(wheel.radius_m * math.cos(wheel.roller_rad) for wheel in wheels)
         """r cos gamma: metres along the roller axis for each radian of the wheel."""
         self.inverse_rows: tuple[Row, ...] = tuple(
             (ax / r, ay / r, moment / r) for (ax, ay, moment), r in zip(self.axes, self.radii, strict=True)
         )
         """H, one row a wheel: twist -> wheel speeds (the robotics name for this direction is inverse kinematics)."""
-        self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, _length_scale(self.axes))
+        self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, _length_scale(wheels))
         """H+, three rows: wheel speeds -> twist."""
 
     def wheel_speeds(self, twist: Sequence[float]) -> list[float]:
@@ -61,7 +61,9 @@ class Kinematics:
 
     def slip(self, wheel_speeds: Sequence[float]) -> list[float]:
         """Given speeds minus those that the best-fitting twist would give; zero for three wheels, always."""
-        return [given - fit for given, fit in zip(wheel_speeds, self.wheel_speeds(self.twist(wheel_speeds)), strict=True)]
+        return [
+            given - fit for given, fit in zip(wheel_speeds, self.wheel_speeds(self.twist(wheel_speeds)), strict=True)
+        ]
 
     def wrench(self, wheel_torques: Sequence[float]) -> Row:
         """Body force (N, N) and moment (N m) of ideal wheel torques: the transpose of H."""
@@ -104,6 +106,11 @@ def twist_from_document_002(x_right: float, y_forward: float, yaw_counter_clockw
     return BodyTwist(y_forward, -x_right, yaw_counter_clockwise)
 
 
+def axis_rows(wheels: Sequence[Wheel]) -> tuple[Row, ...]:
+    """(ax, ay, p x a) of each wheel: what its roller axis feels of a twist, in m/s. Singular layouts have them too."""
+    return tuple(_axis_row(wheel) for wheel in wheels)
+
+
 def singular_values(rows: Sequence[Row], length_scale_m: float) -> list[float]:
     """Singular values, largest first, of rows (already times r cos gamma) with the third column over the length."""
     a = _gram([(x, y, w / length_scale_m) for x, y, w in rows])
@@ -111,15 +118,14 @@ def singular_values(rows: Sequence[Row], length_scale_m: float) -> list[float]:
 
 
 def _axis_row(wheel: Wheel) -> Row:
-    """(a, p x a): what the roller axis feels of a twist, in m/s."""
     angle = wheel.heading_rad + wheel.roller_rad
     ax, ay = math.cos(angle), math.sin(angle)
     return ax, ay, wheel.x_m * ay - wheel.y_m * ax
 
 
-def _length_scale(axes: Sequence[Row]) -> float:
-    """A length of the base, so that metres and radians are judged alike: the largest moment arm."""
-    return max((abs(moment) for _, _, moment in axes), default=0.0) or 1.0
+def _length_scale(wheels: Sequence[Wheel]) -> float:
+    """The farthest wheel's distance from the origin: with it, metres and radians are judged alike."""
+    return math.sqrt(max((wheel.x_m * wheel.x_m + wheel.y_m * wheel.y_m for wheel in wheels), default=0.0)) or 1.0
 
 
 def _gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:

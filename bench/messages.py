@@ -7,6 +7,7 @@ dozens); what leaves the tick for a screen or a file is a frozen dataclass.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 TICK_US = 1000
@@ -84,9 +85,7 @@ class TickInput(NamedTuple):
     core_twist: BodyTwist | None = None
     """What the built-in SLAMWARE core shall ask for from now on; None leaves it as it was."""
     slamware: bytes = b""
-    """Bytes from a core outside of the bench. Used only where the world has no core of its own."""
-    can: tuple[CanFrame, ...] = ()
-    """Feedback frames from ESCs outside of the bench. Used only where the world has no motors of its own."""
+    """Bytes from a core outside of the bench (a recording's, say). Used where the world has no core of its own."""
 
 
 class TickOutput(NamedTuple):
@@ -105,3 +104,32 @@ class TickOutput(NamedTuple):
 
 
 STATE_PERIOD_TICKS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """One instant of a bench, for people: SI units, radians, wheel order. Taken at screen rate, never per tick."""
+
+    tick: int
+    pose: Pose
+    twist: BodyTwist
+    odometry: Pose
+    link: str
+    link_reason: str
+    link_age_ms: int | None
+    armed: bool
+    why_disarmed: str
+    driver: str
+    field_centric: bool
+    sticks: tuple[float, float, float]
+    rc_frame: RcFrame | None
+    rc_frames: int
+    rc_noise_bytes: int
+    wheel_names: tuple[str, ...]
+    wheel_wanted_radps: tuple[float, ...]
+    wheel_radps: tuple[float, ...]
+    wheel_current_a: tuple[float, ...]
+    current_limit_a: float
+    core_alive: bool
+    core_connected: bool
+    core_twist: BodyTwist

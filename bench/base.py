@@ -1,0 +1,89 @@
+"""Our robot base, complete: the half of the picture that foreign firmware replaces, behind one call.
+
+    Base.step(tick, rc_bytes, slamware_bytes, can_in) -> (can_out, slamware_out)
+
+Decoders, link supervision, drive mapping, kinematics, speed loops, odometry and the SLAMWARE slave. What it knows of
+its wheels it knows from decoded feedback frames; the truth is the world's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from bench import rc_decode
+from bench.config import Robot
+from bench.controller import SpeedController
+from bench.drive import Drive
+from bench.kinematics import Kinematics, desaturate
+from bench.link import RcLink
+from bench.m2006 import MotorBus
+from bench.messages import TICK_US, CanFrame
+from bench.odometry import Odometry
+from bench.slamware.base_side import SlamwareBase
+
+RC_PAUSE_US = 2000
+"""Silence that ends an RC frame. Bytes carry the time of their tick, so two ticks are the least that can be told."""
+
+LONGEST_UNWRAP_TICKS = 2
+"""Feedback gaps up to one lost frame are unwrapped the shorter way round: right below 15,000 rotor rpm."""
+
+
+class ControlledBase(Protocol):
+    """The seam: anything that answers wires with wires can be the device under test."""
+
+    def step(
+        self, tick: int, rc_bytes: bytes, slamware_bytes: bytes, can_in: Sequence[CanFrame]
+    ) -> tuple[tuple[CanFrame, ...], bytes]:
+        """One millisecond: bytes and frames that arrived -> frames and bytes to send."""
+        ...
+
+
+class Base:
+    """The bench's own base controller for one robot."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.kinematics = Kinematics(robot.wheels)
+        self.motors = MotorBus(robot)
+        self.odometry = Odometry(self.kinematics)
+        self.controller = SpeedController(robot)
+        self.drive = Drive(robot)
+        self.slave = SlamwareBase(robot.slamware, self.odometry.take_increment, robot.link.core_timeout_ms)
+        profile = robot.rc
+        self.rc_decoder = rc_decode.decoder(profile.protocol, pause_us=RC_PAUSE_US) if profile else None
+        self.link = RcLink(profile, robot.link) if profile else None
+        self.wanted_radps = [0.0] * len(robot.wheels)
+        self.powered = False
+        self._feedback_timeout = robot.link.feedback_timeout_ms
+
+    def step(
+        self, tick: int, rc_bytes: bytes, slamware_bytes: bytes, can_in: Sequence[CanFrame]
+    ) -> tuple[tuple[CanFrame, ...], bytes]:
+        """Decode, choose, control, encode; see the module's first lines. Never raises on what the wires bring."""
+        motors = self.motors
+        silent = motors.silent_ticks(tick)
+        motors.receive(tick, can_in)
+        if motors.complete:
+            increments_rad = motors.take_increments()
+            # After a gap too long to unwrap, what has been heard is a new reference and no motion.
+            if silent <= LONGEST_UNWRAP_TICKS:
+                self.odometry.advance(increments_rad)
+
+        link, decoder = self.link, self.rc_decoder
+        if decoder is not None and link is not None:
+            if rc_bytes or decoder.pending:
+                link.step(tick, decoder.feed(rc_bytes, tick * TICK_US))
+            else:
+                link.step(tick, ())
+        slave = self.slave
+        answer = slave.receive(slamware_bytes, tick) if slamware_bytes else b""
+
+        twist = self.drive.step(tick, link, slave.wanted_twist, slave.alive(tick), self.odometry.heading_rad)
+        self.powered = twist is not None and motors.silent_ticks(tick) < self._feedback_timeout
+        if twist is None or not self.powered:
+            self.wanted_radps = [0.0] * len(self.wanted_radps)
+            self.controller.reset()
+            return motors.stop(), answer
+        self.wanted_radps = desaturate(self.kinematics.wheel_speeds(twist), self.robot.limits.wheel_radps)
+        return motors.command(self.controller.step(self.wanted_radps, motors.speeds_radps)), answer

@@ -1,0 +1,70 @@
+"""Scenario files: which robot, which RC stream, what the SLAMWARE core asks for and when, for how long.
+
+schema = 1
+name = "demo"
+robot = "m2006"
+rc = "drive.bin"            # a capture beside this file
+seconds = 24.0
+
+[[core]]                    # from then on, until the next one
+at_s = 14.0
+vx_mps = 0.25
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.config import ConfigError, Table, read_toml
+from bench.messages import BodyTwist
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One run, described. Times are ticks; `core` holds (tick, twist) in order of time."""
+
+    path: Path
+    name: str
+    robot: str
+    rc: Path | None
+    ticks: int
+    core: tuple[tuple[int, BodyTwist], ...]
+    profile: str | None = None
+    period_ms: int | None = None
+    about: str = ""
+    seed: int = 0
+
+
+def load_scenario(path: Path) -> Scenario:
+    """Read and check a scenario file. Raises ConfigError with file, key and what to try."""
+    data = Table(path, "", read_toml(path))
+    data.take_schema()
+    rc = data.get("rc", str, None)
+    seconds = data.get("seconds", float)
+    if seconds <= 0.0:
+        raise data.fail("seconds", f"expected a positive number, got {seconds}")
+    core = []
+    if data.has("core"):
+        for entry in data.tables("core"):
+            twist = BodyTwist(*(entry.get(key, float, 0.0) for key in ("vx_mps", "vy_mps", "omega_radps")))
+            core.append((round(entry.get("at_s", float) * 1000), twist))
+            entry.refuse_rest()
+    if any(later[0] <= earlier[0] for earlier, later in zip(core, core[1:], strict=False)):
+        raise data.fail("core", "the times at_s must rise from entry to entry")
+    scenario = Scenario(
+        path=path,
+        name=data.get("name", str),
+        robot=data.get("robot", str, "m2006"),
+        rc=path.parent / rc if rc is not None else None,
+        ticks=round(seconds * 1000),
+        core=tuple(core),
+        profile=data.get("profile", str, None),
+        period_ms=data.get("period_ms", int, None),
+        about=data.get("about", str, ""),
+        seed=data.get("seed", int, 0),
+    )
+    data.refuse_rest()
+    if scenario.rc is not None and not scenario.rc.is_file():
+        raise ConfigError(f"{path}: rc: there is no capture {scenario.rc}")
+    return scenario

@@ -1,0 +1,143 @@
+"""Is the transmitter there? Link supervision by time, by flag and by content. What follows from it is `drive`'s.
+
+    never seen --good frame--> live <--good frame-- any state below
+    live      --frame-lost flag--> degraded      the receiver repeats old channels
+              --silence----------> hold          a few frames missing; the last command stands
+              --100 ms-----------> neutral       zero twist, braking
+              --500 ms-----------> lost          zero current; disarmed until a deliberate re-arm
+    live      --failsafe flag, link quality 0, all channels 0, frozen--> neutral at once, no hold
+
+All times count from the last good frame, in ticks; the limits are those of the robot file's [link] table. A frame is
+good when it carries none of the marks above.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bench.config import LinkLimits, Profile
+from bench.messages import RcEvent, RcFrame, RcLinkStatistics, RcNoise
+
+NEVER_SEEN, LIVE, DEGRADED, HOLD, NEUTRAL, LOST = "never seen", "live", "degraded", "hold", "neutral", "lost"
+COMMANDING = frozenset((LIVE, DEGRADED, HOLD))
+"""States in which the last good frame still counts as the driver's will."""
+
+QUIET_PERIODS = 2.5
+"""Frame periods without a good frame before `live` is called `hold`: one late frame is no news."""
+
+
+class RcLink:
+    """Follows the events of an RC decoder and says in which state the link is, and why.
+
+    `frame` is the last good frame, `frames` counts the good ones, `noise_bytes` and `flagged_frames` the rest.
+    """
+
+    __slots__ = (
+        "_bad",
+        "_disarm",
+        "_frozen",
+        "_hold",
+        "_quality_zero",
+        "_quiet",
+        "_same_since",
+        "_seen_channels",
+        "_sticks",
+        "flagged_frames",
+        "frame",
+        "frames",
+        "last_good_tick",
+        "noise_bytes",
+        "quality_percent",
+        "reason",
+        "state",
+    )
+
+    def __init__(self, profile: Profile, limits: LinkLimits) -> None:
+        self._hold = limits.hold_ms
+        self._disarm = limits.disarm_ms
+        self._quiet = min(max(1, int(QUIET_PERIODS * profile.period_ms)), limits.hold_ms - 1)
+        self._frozen = profile.frozen_ms
+        axes = (profile.forward, profile.right, profile.clockwise)
+        self._sticks = tuple((axis.channel, axis.middle, axis.travel * profile.dead_band) for axis in axes)
+        self._seen_channels: tuple[int, ...] = ()
+        self._same_since = 0
+        self._quality_zero = False
+        self._bad = ""
+        self.state = NEVER_SEEN
+        self.reason = "no frame yet"
+        self.frame: RcFrame | None = None
+        self.last_good_tick = -1
+        self.frames = 0
+        self.flagged_frames = 0
+        self.noise_bytes = 0
+        self.quality_percent: int | None = None
+
+    def step(self, tick: int, events: Sequence[RcEvent]) -> str:
+        """Take the events of this tick and return the state at its end."""
+        for event in events:
+            if isinstance(event, RcFrame):
+                self._take_frame(tick, event)
+            elif isinstance(event, RcNoise):
+                self.noise_bytes += event.length
+            elif isinstance(event, RcLinkStatistics):
+                self.quality_percent = event.uplink_quality_percent
+                self._quality_zero = event.uplink_quality_percent == 0
+                if self._quality_zero:
+                    self._bad = "link quality 0"
+        if self.frame is None:
+            if self._bad:
+                self.reason = self._bad
+            return self.state
+        age = tick - self.last_good_tick
+        if age >= self._disarm:
+            self.state = LOST
+            self.reason = self._bad or f"no good frame for {self._disarm} ms"
+        elif self._bad and self._bad != "frame lost":
+            self.state, self.reason = NEUTRAL, self._bad
+        elif age >= self._hold:
+            self.state = NEUTRAL
+            self.reason = self._bad or f"no good frame for {self._hold} ms"
+        elif self._bad:
+            self.state, self.reason = DEGRADED, self._bad
+        elif age > self._quiet:
+            self.state, self.reason = HOLD, "silence"
+        else:
+            self.state, self.reason = LIVE, ""
+        return self.state
+
+    def age_ticks(self, tick: int) -> int | None:
+        """Ticks since the last good frame; None before the first one."""
+        return None if self.frame is None else tick - self.last_good_tick
+
+    def _take_frame(self, tick: int, frame: RcFrame) -> None:
+        bad = self._fault(tick, frame)
+        self._bad = bad
+        if bad:
+            self.flagged_frames += 1
+            return
+        self.frame = frame
+        self.frames += 1
+        self.last_good_tick = tick
+
+    def _fault(self, tick: int, frame: RcFrame) -> str:
+        """Why this frame is not the driver's will, or nothing."""
+        channels = frame.channels
+        if frame.failsafe:
+            return "failsafe flag"
+        if self._quality_zero:
+            return "link quality 0"
+        if not any(channels):
+            return "all channels 0"
+        if frame.frame_lost:
+            return "frame lost"
+        if len(channels) <= max(channel for channel, _, _ in self._sticks):
+            return "channels missing"
+        if self._frozen:
+            if channels != self._seen_channels:
+                self._seen_channels = channels
+                self._same_since = tick
+            elif tick - self._same_since >= self._frozen and any(
+                abs(channels[channel] - middle) > dead for channel, middle, dead in self._sticks
+            ):
+                return f"sticks frozen for {self._frozen} ms"
+        return ""

@@ -1,0 +1,114 @@
+"""The bench: a base and its world, ticked together, 1 ms at a time. Everything else only feeds or watches this.
+
+    bench = simulated("m2006")
+    out = bench.tick(TickInput(rc=some_bytes))
+
+A run is a function of its inputs: nothing under this file reads a clock, a file or a random number.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bench.base import Base, ControlledBase
+from bench.config import Robot, load_robot
+from bench.messages import STATE_PERIOD_TICKS, Snapshot, TickInput, TickOutput
+from bench.slamware.core_side import SlamwareCore
+from bench.world import RecordedMotors, SimulatedMotors, World
+
+NOTHING = TickInput()
+
+
+class Bench:
+    """One base under test, one world around it, one tick counter."""
+
+    def __init__(self, base: ControlledBase, world: World) -> None:
+        self.base = base
+        self.world = world
+        self.robot = world.robot
+        self.now_tick = 0
+        self.state_columns = _state_columns(world.robot)
+
+    def tick(self, given: TickInput = NOTHING) -> TickOutput:
+        """Run one millisecond. Feedback born in it reaches the base in the next one, like on the real bus."""
+        tick = self.now_tick
+        rc, core_to_base, can_in = self.world.speak(tick, given)
+        can_commands, base_to_core = self.base.step(tick, rc, core_to_base, can_in)
+        can_feedback = self.world.hear(tick, can_commands, base_to_core)
+        state = self._state_row(tick) if tick % STATE_PERIOD_TICKS == 0 else None
+        self.now_tick = tick + 1
+        return TickOutput(tick, rc, core_to_base, base_to_core, can_commands, can_feedback, state)
+
+    def snapshot(self) -> Snapshot:
+        """What a screen shows of the bench at this instant. Raises TypeError for a foreign base."""
+        return _snapshot(self)
+
+    def _state_row(self, tick: int) -> tuple[float | int | str, ...]:
+        plant = self.world.plant
+        row: list[float | int | str] = [tick / 1000.0, *plant.pose, *plant.twist]
+        base = self.base
+        if isinstance(base, Base):
+            link = base.link
+            row += base.odometry.pose
+            row += (link.state if link else "no rc", int(base.drive.armed), base.drive.driver)
+            wanted = base.wanted_radps
+        else:
+            row += (0.0, 0.0, 0.0, "foreign base", 0, "foreign base")
+            wanted = [0.0] * len(plant.wheel_speeds_radps)
+        for speeds in zip(wanted, plant.wheel_speeds_radps, plant.currents_a, strict=True):
+            row += speeds
+        return tuple(row)
+
+
+def simulated(robot: Robot | str | Path = "m2006") -> Bench:
+    """The role `sim`: our base, our ESCs and plant, our SLAMWARE core. Raises ConfigError for an impossible robot."""
+    if not isinstance(robot, Robot):
+        robot = load_robot(robot)
+    core = SlamwareCore(poll_ms=robot.slamware.poll_ms)
+    return Bench(Base(robot), World(robot, core=core, motors=SimulatedMotors(robot)))
+
+
+def replayed(robot: Robot, motors: SimulatedMotors | RecordedMotors | None = None) -> Bench:
+    """Like `simulated`, but the core's bytes come from `TickInput.slamware`: they are a recording's."""
+    return Bench(Base(robot), World(robot, core=None, motors=motors or SimulatedMotors(robot)))
+
+
+def _snapshot(bench: Bench) -> Snapshot:
+    base, plant = bench.base, bench.world.plant
+    if not isinstance(base, Base):
+        raise TypeError("a snapshot needs our own base; a foreign one shows only its wires")
+    link, drive, last_tick = base.link, base.drive, bench.now_tick - 1
+    return Snapshot(
+        tick=bench.now_tick,
+        pose=plant.pose,
+        twist=plant.twist,
+        odometry=base.odometry.pose,
+        link=link.state if link else "no rc",
+        link_reason=link.reason if link else "this robot takes the core alone",
+        link_age_ms=link.age_ticks(last_tick) if link else None,
+        armed=drive.armed,
+        why_disarmed=drive.why_disarmed,
+        driver=drive.driver,
+        field_centric=drive.field_centric,
+        sticks=drive.sticks,
+        rc_frame=link.frame if link else None,
+        rc_frames=link.frames if link else 0,
+        rc_noise_bytes=link.noise_bytes if link else 0,
+        wheel_names=tuple(wheel.name for wheel in bench.robot.wheels),
+        wheel_wanted_radps=tuple(base.wanted_radps),
+        wheel_radps=tuple(plant.wheel_speeds_radps),
+        wheel_current_a=tuple(plant.currents_a),
+        current_limit_a=bench.robot.limits.current_a,
+        core_alive=base.slave.alive(last_tick),
+        core_connected=base.slave.connected,
+        core_twist=base.slave.wanted_twist,
+    )
+
+
+def _state_columns(robot: Robot) -> tuple[str, ...]:
+    """The header of state.csv: truth (x_m .. omega_radps) beside the base's own estimate (odo_*)."""
+    columns = ["t_s", "x_m", "y_m", "heading_rad", "vx_mps", "vy_mps", "omega_radps"]
+    columns += ["odo_x_m", "odo_y_m", "odo_heading_rad", "link", "armed", "driver"]
+    for number in range(1, len(robot.wheels) + 1):
+        columns += [f"wheel{number}_wanted_radps", f"wheel{number}_radps", f"wheel{number}_current_a"]
+    return tuple(columns)

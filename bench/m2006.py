@@ -1,0 +1,266 @@
+"""DJI C610 speed controllers on CAN: commands and feedback, both ends of the wire.
+
+                 byte  0      1      2      3      4      5      6      7
+    0x200   command  | current 1   | current 2   | current 3   | current 4   |   1 count = 1 mA, -10000 .. 10000
+    0x1FF   command  | current 5   | current 6   | current 7   | current 8   |
+    0x200+n feedback | rotor angle | rotor speed | current     |  0   |  0   |   0 .. 8191, rpm, 1 count = 1 mA
+
+All fields are big-endian, signed but for the angle (C610 user guide V1.0; bytes 6 and 7 are empty on a C610). Angle and
+speed are those of the rotor, before the 36:1 gear. `MotorBus` is the base's end, `EmulatedEscs` the motors' end; the
+sign of each motor's wire against its wheel is applied by both through one table, `Wiring`, and nowhere else.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+
+from bench.config import Motor, Robot
+from bench.messages import CanFrame
+
+COMMAND_IDS = (0x200, 0x1FF)  # ESCs 1 to 4, ESCs 5 to 8
+FEEDBACK_ID = 0x200  # plus the ESC's number, 1 to 8
+MAX_RAW = 10_000  # C610 user guide: -10000 .. 10000 stands for -10 A .. 10 A
+RAW_PER_A = 1000.0
+COUNTS = 8192  # counts in one rotor turn (not 8191: two public drivers drift one count a turn)
+RPM_PER_RADPS = 30.0 / math.pi
+
+_COMMAND = struct.Struct(">4h")
+_FEEDBACK = struct.Struct(">Hhh2x")
+FRAME_LENGTH = 8
+
+
+def encode_command(currents_raw: Sequence[int]) -> bytes:
+    """Four currents in counts of 1 mA -> 8 bytes. Raises ValueError outside -10000 .. 10000."""
+    for raw in currents_raw:
+        if not -MAX_RAW <= raw <= MAX_RAW:
+            raise ValueError(f"current {raw} outside -{MAX_RAW}..{MAX_RAW}")
+    return _COMMAND.pack(*currents_raw)
+
+
+def decode_command(data: bytes) -> tuple[int, int, int, int] | None:
+    """8 bytes -> four currents in counts of 1 mA, as they are on the wire; None where the length is wrong."""
+    return _COMMAND.unpack(data) if len(data) == FRAME_LENGTH else None  # type: ignore[return-value]
+
+
+def encode_feedback(angle_counts: int, speed_rpm: int, current_ma: int) -> bytes:
+    """Rotor angle 0..8191, rotor rpm and current -> 8 bytes. Raises ValueError outside the fields."""
+    if not 0 <= angle_counts < COUNTS:
+        raise ValueError(f"angle {angle_counts} outside 0..{COUNTS - 1}")
+    for name, value in (("speed", speed_rpm), ("current", current_ma)):
+        if not -32768 <= value <= 32767:
+            raise ValueError(f"{name} {value} outside -32768..32767")
+    return _FEEDBACK.pack(angle_counts, speed_rpm, current_ma)
+
+
+def decode_feedback(data: bytes) -> tuple[int, int, int] | None:
+    """8 bytes -> (rotor angle in counts, rotor rpm, current in mA); None where the length is wrong."""
+    return _FEEDBACK.unpack(data) if len(data) == FRAME_LENGTH else None  # type: ignore[return-value]
+
+
+def describe(can_id: int, data: bytes) -> dict[str, object]:
+    """A frame's fields by name, for people and for JSON; empty for a frame that is none of the C610's."""
+    if can_id in COMMAND_IDS and (currents := decode_command(data)) is not None:
+        first = 1 if can_id == COMMAND_IDS[0] else 5
+        return {f"current_{first + i}_ma": current for i, current in enumerate(currents)}
+    if FEEDBACK_ID < can_id <= FEEDBACK_ID + 8 and (fields := decode_feedback(data)) is not None:
+        return dict(zip(("angle_counts", "speed_rpm", "current_ma"), fields, strict=True))
+    return {}
+
+
+class Wiring:
+    """Which ESC turns which wheel and in which sense: the one table that knows `direction` and the gear."""
+
+    __slots__ = ("can_ids", "command_ids", "counts_per_rad", "rad_per_count", "raw_per_a", "rpm_per_radps", "slots")
+
+    def __init__(self, robot: Robot) -> None:
+        wheels = robot.wheels
+        self.can_ids = tuple(wheel.can_id for wheel in wheels)
+        self.raw_per_a = tuple(wheel.direction * RAW_PER_A for wheel in wheels)
+        self.counts_per_rad = tuple(wheel.direction * wheel.gear * COUNTS / (2.0 * math.pi) for wheel in wheels)
+        self.rad_per_count = tuple(1.0 / counts for counts in self.counts_per_rad)
+        self.rpm_per_radps = tuple(wheel.direction * wheel.gear * RPM_PER_RADPS for wheel in wheels)
+        # Each wheel's place in its command frame: (index of the frame among those sent, slot 0 to 3).
+        groups = sorted({(can_id - 1) // 4 for can_id in self.can_ids})
+        self.command_ids = tuple(COMMAND_IDS[group] for group in groups)
+        self.slots = tuple((groups.index((can_id - 1) // 4), (can_id - 1) % 4) for can_id in self.can_ids)
+
+
+class MotorBus:
+    """The base's end of the motor bus: currents out, what the wheels did in.
+
+    All per-wheel values are lists in the robot's wheel order: `speeds_radps` from the encoder, in the wheel's positive
+    sense; `currents_ma` and `rotor_rpm` as reported (wire sign). `take_increments` gives what the wheels turned.
+    """
+
+    __slots__ = (
+        "_angles",
+        "_increments_rad",
+        "_limit_raw",
+        "_missing",
+        "_rad_per_count",
+        "_raw_per_a",
+        "_seen",
+        "_wheel_of",
+        "_wiring",
+        "currents_ma",
+        "foreign_frames",
+        "malformed_frames",
+        "rotor_rpm",
+        "speeds_radps",
+    )
+
+    def __init__(self, robot: Robot) -> None:
+        wiring = self._wiring = Wiring(robot)
+        count = len(robot.wheels)
+        self._wheel_of = {FEEDBACK_ID + can_id: wheel for wheel, can_id in enumerate(wiring.can_ids)}
+        self._rad_per_count = wiring.rad_per_count
+        self._raw_per_a = wiring.raw_per_a
+        self._limit_raw = int(robot.limits.current_a * RAW_PER_A)
+        self._angles: list[int | None] = [None] * count
+        self._seen = [-1] * count
+        self._increments_rad = [0.0] * count
+        self._missing = (1 << count) - 1
+        self.speeds_radps = [0.0] * count
+        self.currents_ma = [0] * count
+        self.rotor_rpm = [0] * count
+        self.malformed_frames = 0
+        self.foreign_frames = 0
+
+    def receive(self, tick: int, frames: Sequence[CanFrame]) -> None:
+        """Take the feedback frames that arrived in this tick."""
+        seen, increments = self._seen, self._increments_rad
+        for can_id, data in frames:
+            wheel = self._wheel_of.get(can_id)
+            if wheel is None:
+                self.foreign_frames += 1
+                continue
+            if len(data) != FRAME_LENGTH:
+                self.malformed_frames += 1
+                continue
+            angle, self.rotor_rpm[wheel], self.currents_ma[wheel] = _FEEDBACK.unpack(data)
+            last = self._angles[wheel]
+            self._angles[wheel] = angle
+            ticks = tick - seen[wheel]
+            seen[wheel] = tick
+            self._missing &= ~(1 << wheel)
+            if last is None:  # the first sample only sets the reference
+                continue
+            # The shorter way round: right up to 30,000 rotor rpm at 1 kHz (m2006-c610, section 1.2).
+            increment = ((angle - last + COUNTS // 2) % COUNTS - COUNTS // 2) * self._rad_per_count[wheel]
+            increments[wheel] += increment
+            if ticks > 0:
+                self.speeds_radps[wheel] = increment * 1000.0 / ticks
+
+    @property
+    def complete(self) -> bool:
+        """True when every wheel has reported since the increments were last taken."""
+        return self._missing == 0
+
+    def take_increments(self) -> list[float]:
+        """What each wheel turned, in rad, since this was last called."""
+        increments = self._increments_rad
+        self._increments_rad = [0.0] * len(increments)
+        self._missing = (1 << len(increments)) - 1
+        return increments
+
+    def silent_ticks(self, tick: int) -> int:
+        """Ticks since the wheel that has been quiet for longest was heard."""
+        return tick - min(self._seen)
+
+    def command(self, currents_a: Sequence[float]) -> tuple[CanFrame, ...]:
+        """Currents in the wheels' positive sense -> command frames. The last line before the port: it clamps."""
+        wiring = self._wiring
+        limit = self._limit_raw
+        payloads = [[0, 0, 0, 0] for _ in wiring.command_ids]
+        for current_a, raw_per_a, (frame, slot) in zip(currents_a, self._raw_per_a, wiring.slots, strict=True):
+            # Not-a-number compares false with everything: it leaves as 0 instead of passing the clamp.
+            raw = current_a * raw_per_a
+            payloads[frame][slot] = (
+                round(raw) if -limit <= raw <= limit else limit if raw > 0 else -limit if raw < 0 else 0
+            )
+        return tuple((can_id, _COMMAND.pack(*raws)) for can_id, raws in zip(wiring.command_ids, payloads, strict=True))
+
+    def stop(self) -> tuple[CanFrame, ...]:
+        """Command frames that ask for no current anywhere."""
+        return tuple((can_id, bytes(FRAME_LENGTH)) for can_id in self._wiring.command_ids)
+
+
+class EmulatedEscs:
+    """The motors' end: keeps what each ESC was last told, and reports what its motor does.
+
+    A command frame sets all four motors of its group. On command loss the maker documents nothing: `hold` (keep the
+    last current, the safe assumption) and `zero` after `command_timeout_ms` are both offered by the robot file.
+    """
+
+    __slots__ = (
+        "_commanded_raw",
+        "_filter",
+        "_heard",
+        "_rpm",
+        "_timeout_ticks",
+        "_wheels",
+        "_wiring",
+        "malformed_frames",
+    )
+
+    def __init__(self, robot: Robot) -> None:
+        motor: Motor = robot.motor
+        wiring = self._wiring = Wiring(robot)
+        count = len(robot.wheels)
+        self._commanded_raw = [0] * count
+        self._heard = [0] * count
+        self._rpm = [0.0] * count
+        # First-order low-pass on the reported speed, exact for a step of 1 ms.
+        self._filter = 1.0 if motor.speed_filter_ms == 0.0 else 1.0 - math.exp(-1.0 / motor.speed_filter_ms)
+        self._timeout_ticks = motor.command_timeout_ms if motor.on_command_loss == "zero" else None
+        self._wheels = {
+            command_id: tuple(
+                (wheel, slot)
+                for wheel, (frame, slot) in enumerate(wiring.slots)
+                if wiring.command_ids[frame] == command_id
+            )
+            for command_id in wiring.command_ids
+        }
+        self.malformed_frames = 0
+
+    def receive(self, tick: int, frames: Sequence[CanFrame]) -> list[float]:
+        """Take this tick's command frames; answer with the current of each wheel in A, in its positive sense."""
+        commanded = self._commanded_raw
+        for can_id, data in frames:
+            wheels = self._wheels.get(can_id)
+            if wheels is None:
+                continue
+            if len(data) != FRAME_LENGTH:
+                self.malformed_frames += 1
+                continue
+            currents = _COMMAND.unpack(data)
+            for wheel, slot in wheels:
+                # What a C610 does beyond +-10000 is not documented; clamping is the harmless assumption.
+                commanded[wheel] = max(-MAX_RAW, min(MAX_RAW, currents[slot]))
+                self._heard[wheel] = tick
+        if self._timeout_ticks is not None:
+            for wheel, heard in enumerate(self._heard):
+                if tick - heard >= self._timeout_ticks:
+                    commanded[wheel] = 0
+        return [raw / raw_per_a for raw, raw_per_a in zip(commanded, self._wiring.raw_per_a, strict=True)]
+
+    def feedback(
+        self, angles_rad: Sequence[float], speeds_radps: Sequence[float], currents_a: Sequence[float]
+    ) -> tuple[CanFrame, ...]:
+        """One feedback frame for each ESC from its wheel's angle, speed and current, in wheel order."""
+        wiring = self._wiring
+        rpms = self._rpm
+        frames = []
+        for wheel, can_id in enumerate(wiring.can_ids):
+            rpm = rpms[wheel]
+            rpm += self._filter * (speeds_radps[wheel] * wiring.rpm_per_radps[wheel] - rpm)
+            rpms[wheel] = rpm
+            counts = math.floor(angles_rad[wheel] * wiring.counts_per_rad[wheel]) & (COUNTS - 1)
+            current_ma = round(currents_a[wheel] * wiring.raw_per_a[wheel])
+            whole_rpm = round(rpm)
+            if not -32768 <= whole_rpm <= 32767:  # no M2006 gets there; the field saturates rather than wraps
+                whole_rpm = 32767 if whole_rpm > 0 else -32768
+            frames.append((FEEDBACK_ID + can_id, _FEEDBACK.pack(counts, whole_rpm, current_ma)))
+        return tuple(frames)

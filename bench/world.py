@@ -1,0 +1,87 @@
+"""All that a base controller meets: ESCs with motors on a floor, and a SLAMWARE core. Bytes in, bytes out.
+
+    World.speak(tick, input) -> (rc_bytes, slamware_bytes, can_in)     what reaches the base in this tick
+    World.hear(tick, can_out, slamware_out) -> can_feedback            what the base sent, taken by motors and core
+
+The transmitter stands before this door: whatever moves the sticks (keys, a capture, a timeline) is encoded as RC bytes
+and comes in through `TickInput.rc`. Which half of the world is ours and which is real is a matter of which parts are
+handed over; there are no flags inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from bench.config import Robot
+from bench.m2006 import EmulatedEscs
+from bench.messages import CanFrame, TickInput
+from bench.plant import Plant
+from bench.slamware.core_side import SlamwareCore
+
+
+class Motors(Protocol):
+    """The far end of the motor bus."""
+
+    def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
+        """Take the command frames of this tick; answer with the feedback frames born in it."""
+        ...
+
+
+class SimulatedMotors:
+    """Emulated ESCs that turn the wheels of the plant."""
+
+    def __init__(self, robot: Robot, plant: Plant | None = None) -> None:
+        self.plant = plant or Plant(robot)
+        self.escs = EmulatedEscs(robot)
+
+    def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
+        """Commands -> currents -> motion -> feedback."""
+        plant = self.plant
+        plant.step(self.escs.receive(tick, commands))
+        return self.escs.feedback(plant.wheel_angles_rad, plant.wheel_speeds_radps, plant.currents_a)
+
+
+class RecordedMotors:
+    """Feedback frames of a recording in place of ESCs and plant; the plant only shadows the commands."""
+
+    def __init__(self, robot: Robot, feedback: Mapping[int, tuple[CanFrame, ...]]) -> None:
+        self.plant = Plant(robot)
+        self.escs = EmulatedEscs(robot)
+        self._feedback = feedback
+
+    def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
+        """The frames that the recording has for this tick, whatever was commanded."""
+        self.plant.step(self.escs.receive(tick, commands))
+        return self._feedback.get(tick, ())
+
+
+class World:
+    """ESCs, plant and core around one base. `core=None`: requests come in through `TickInput.slamware`."""
+
+    def __init__(self, robot: Robot, *, core: SlamwareCore | None, motors: SimulatedMotors | RecordedMotors) -> None:
+        self.robot = robot
+        self.core = core
+        self.motors = motors
+        self._feedback: tuple[CanFrame, ...] = ()
+        self._answer = b""
+
+    @property
+    def plant(self) -> Plant:
+        """Where the robot really is."""
+        return self.motors.plant
+
+    def speak(self, tick: int, given: TickInput) -> tuple[bytes, bytes, tuple[CanFrame, ...]]:
+        """RC bytes, core requests and the feedback born in the previous tick."""
+        core = self.core
+        if core is None:
+            return given.rc, given.slamware, self._feedback
+        if given.core_twist is not None:
+            core.ask(given.core_twist)
+        return given.rc, core.step(tick, self._answer), self._feedback
+
+    def hear(self, tick: int, can_out: Sequence[CanFrame], slamware_out: bytes) -> tuple[CanFrame, ...]:
+        """Let the motors take the commands; keep the answer for the core. Returns this tick's feedback frames."""
+        self._answer = slamware_out
+        self._feedback = self.motors.step(tick, can_out)
+        return self._feedback
