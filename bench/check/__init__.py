@@ -1,0 +1,1 @@
+"""Proof around the bench: recordings, their comparison, goldens, scenarios."""

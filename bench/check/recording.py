@@ -1,0 +1,297 @@
+"""A run on disk, as it happens: a directory of plain text that other tools open. `reading` opens it again.
+
+    can.log        (0.001000) can0 200#0258025802580000      candump format; commands first, then the ESCs' feedback
+    rc.log         (0.010000) rc0 > AA 08 00 08 00 ...       bytes that reached the base in this tick
+    slamware.log   (0.050000) slamware0 > 10 02 F8 30 DA     core to base; `<` is base to core
+    state.csv      t_s,x_m,...                               a row every 10 ms, floats with six decimals
+    run.toml       robot, profile, scenario, seed, periods, versions; `ticks` is added when the run ends
+    robot.toml, profile.toml                                 the files that were used, byte for byte
+
+Tick n is time n ms. A recording starts at tick 0 and holds every tick: it is all that a replay needs. Nothing in it
+depends on the machine, the Python version or the date. What has been written survives the death of the process.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from io import FileIO
+from pathlib import Path
+from types import TracebackType
+
+from bench import __version__
+from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
+
+SCHEMA = 1
+CAN_LOG, RC_LOG, SLAMWARE_LOG, STATE_CSV = "can.log", "rc.log", "slamware.log", "state.csv"
+RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "profile.toml", "golden.toml"
+# can.log is written last: a tick that stands there stands in the other files too, wherever a run was cut off.
+LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
+FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML)
+
+# Formatting and writing this many ticks takes about 0.4 ms: less than the tick that a real port has to keep.
+BLOCK_TICKS = 100
+
+
+class RecordingError(Exception):
+    """A recording that cannot be written, read or trusted. The text is one sentence for the user."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunInfo:
+    """The facts of a run, as run.toml holds them."""
+
+    robot: str
+    profile: str | None = None
+    scenario: str | None = None
+    seed: int = 0
+    tick_us: int = TICK_US
+    state_period_ticks: int = STATE_PERIOD_TICKS
+    wheelbench: str = __version__
+    schema: int = SCHEMA
+
+
+class Recorder:
+    """Writes one recording. A context manager; `close` ends the run.
+
+    `robot_file` and `profile_file` are copied in. The directory is made; one that already holds something is refused
+    unless `overwrite`, which removes the files of a recording and nothing else, and never a golden. Raises
+    RecordingError where the place cannot be written, at once or later from `add`; what is on disk then stays.
+    """
+
+    def __init__(
+        self,
+        directory: Path | str,
+        info: RunInfo,
+        state_columns: Sequence[str],
+        robot_file: Path,
+        profile_file: Path | None = None,
+        *,
+        overwrite: bool = False,
+    ) -> None:
+        if not state_columns or state_columns[0] != "t_s":
+            raise ValueError(f"state columns start with t_s, got {list(state_columns)[:1]}")
+        self.directory = Path(directory)
+        self.ticks = 0
+        """How many ticks are on disk."""
+        self._block: list[TickOutput] = []
+        self._files: dict[str, FileIO] = {}
+        self._state = _StateFormat(len(state_columns))
+        header = (",".join(state_columns) + "\n").encode()
+        copies = {ROBOT_TOML: read_bytes(robot_file)}
+        if profile_file is not None:
+            copies[PROFILE_TOML] = read_bytes(profile_file)
+        _make_room(self.directory, overwrite)
+        try:
+            for name in LOGS:
+                self._open(name)
+            self._write(STATE_CSV, header)
+            # run.toml comes last: where it stands, the recording has begun.
+            for name, content in (*copies.items(), (RUN_TOML, run_toml(info).encode("utf-8", "replace"))):
+                self._open(name)
+                self._write(name, content)
+        except RecordingError:
+            self._release()
+            raise
+
+    def add(self, out: TickOutput) -> None:
+        """Take one tick. Raises RecordingError where the disk refuses, ValueError where a tick was left out."""
+        block = self._block
+        block.append(out)
+        if len(block) >= BLOCK_TICKS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what has been added until now."""
+        block = self._block
+        if not block:
+            return
+        if not self._files:
+            raise RecordingError(f"{self.directory}: the recording has ended; start another one")
+        if block[0].tick != self.ticks or block[-1].tick != self.ticks + len(block) - 1:
+            raise ValueError(f"ticks {block[0].tick}..{block[-1].tick} do not follow tick {self.ticks - 1} one by one")
+        texts = (_rc_lines(block), _slamware_lines(block), self._state.lines(block), _can_lines(block))
+        try:
+            for name, text in zip(LOGS, texts, strict=True):
+                self._write(name, text.encode())
+        except RecordingError:
+            self._release()
+            raise
+        self.ticks += len(block)
+        block.clear()
+
+    def close(self) -> None:
+        """Write the rest and the number of ticks. Does nothing after an error or a second time."""
+        if not self._files:
+            return
+        try:
+            self.flush()
+            # Appended, so that run.toml is whole at every instant.
+            self._write(RUN_TOML, f"ticks = {self.ticks}\n".encode())
+        finally:
+            self._release()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _open(self, name: str) -> None:
+        path = self.directory / name
+        try:
+            self._files[name] = open(path, "xb", buffering=0)  # noqa: SIM115 (kept open for the whole run)
+        except OSError as error:
+            raise _cannot(path, "written", error) from None
+
+    def _write(self, name: str, data: bytes) -> None:
+        # Unbuffered: what this call has passed on survives a kill, and there is nothing left to fail in close().
+        rest = memoryview(data)
+        try:
+            while rest:
+                rest = rest[self._files[name].write(rest) :]
+        except OSError as error:
+            raise _cannot(self.directory / name, "written", error) from None
+
+    def _release(self) -> None:
+        for file in self._files.values():
+            file.close()
+        self._files.clear()
+
+
+def run_toml(info: RunInfo) -> str:
+    """RunInfo as the text of run.toml; facts that are None are left out."""
+    return toml_lines({item.name: getattr(info, item.name) for item in fields(info)})
+
+
+def toml_lines(values: dict[str, str | int | None]) -> str:
+    """One `key = value` line for each value that is not None."""
+    # A JSON string is a TOML string but for DEL, which TOML wants escaped.
+    quoted = {key: json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F") for key, value in values.items()}
+    return "".join(f"{key} = {quoted[key]}\n" for key, value in values.items() if value is not None)
+
+
+def read_bytes(path: Path) -> bytes:
+    """The file's content. Raises RecordingError where it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise _cannot(path, "read", error) from None
+
+
+def remove_recording(directory: Path) -> None:
+    """Remove the files of a recording from a directory, and no other. Raises RecordingError."""
+    for name in FILES:
+        try:
+            (directory / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise _cannot(directory / name, "removed", error) from None
+
+
+def make_directory(directory: Path) -> list[str]:
+    """Make the directory and its parents where they are missing; the names of what it holds. Raises RecordingError."""
+    if directory.exists() and not directory.is_dir():
+        raise RecordingError(f"{directory}: is a file, and a recording is a directory; give another name")
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        return sorted(path.name for path in directory.iterdir())
+    except OSError as error:
+        raise _cannot(directory, "used for a recording", error) from None
+
+
+def _make_room(directory: Path, overwrite: bool) -> None:
+    held = make_directory(directory)
+    if GOLDEN_TOML in held:
+        raise RecordingError(f"{directory}: holds a golden; record elsewhere and pin that run")
+    if held and not overwrite:
+        what = "a recording" if RUN_TOML in held else f"other files ({', '.join(held[:3])})"
+        raise RecordingError(f"{directory}: already holds {what}; give another directory or ask to overwrite it")
+    remove_recording(directory)
+
+
+def _cannot(path: Path, done: str, error: OSError) -> RecordingError:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        advice = "what stands there stays; free some space or record elsewhere"
+    elif done == "read":
+        advice = "check the path and its permissions"
+    else:
+        advice = "give a directory that you may write to"
+    return RecordingError(f"{path}: cannot be {done} ({error.strerror}); {advice}")
+
+
+# --- one block of ticks as text ----------------------------------------------------------------------------------
+
+_MILLIS = tuple(f".{milli:03d}000)" for milli in range(1000))
+
+
+class _CanIds(dict[int, str]):
+    """The text of an identifier, made once."""
+
+    def __missing__(self, can_id: int) -> str:
+        text = self[can_id] = f"{can_id:03X}#"
+        return text
+
+
+_CAN_IDS = _CanIds()
+
+
+def _can_lines(block: list[TickOutput]) -> str:
+    ids, millis = _CAN_IDS, _MILLIS
+    lines: list[str] = []
+    add = lines.append
+    for tick, _, _, _, commands, feedback, _ in block:
+        stamp = f"({tick // 1000}{millis[tick % 1000]} can0 "
+        for can_id, data in commands + feedback:
+            add(f"{stamp}{ids[can_id]}{data.hex().upper()}\n")
+    return "".join(lines)
+
+
+def _rc_lines(block: list[TickOutput]) -> str:
+    return "".join([_serial_line(out.tick, "rc0 >", out.rc) for out in block if out.rc])
+
+
+def _slamware_lines(block: list[TickOutput]) -> str:
+    lines = []
+    for out in block:
+        if out.core_to_base:
+            lines.append(_serial_line(out.tick, "slamware0 >", out.core_to_base))
+        if out.base_to_core:
+            lines.append(_serial_line(out.tick, "slamware0 <", out.base_to_core))
+    return "".join(lines)
+
+
+def _serial_line(tick: int, wire: str, data: bytes) -> str:
+    return f"({tick // 1000}{_MILLIS[tick % 1000]} {wire} {data.hex(' ').upper()}\n"
+
+
+class _StateFormat:
+    """Rows of state.csv. One % operation makes a row: a format is kept for each sequence of column types."""
+
+    def __init__(self, columns: int) -> None:
+        self._columns = columns
+        self._formats: dict[tuple[type, ...], str] = {}
+
+    def lines(self, block: list[TickOutput]) -> str:
+        rows = [out.state for out in block if out.state is not None]
+        formats = self._formats
+        lines = []
+        for row in rows:
+            kinds = tuple(map(type, row))
+            form = formats.get(kinds) or self._new_format(kinds)
+            lines.append(form % row)
+        text = "".join(lines).replace("-0.000000", "0.000000")
+        # A separator inside a cell would shift every column behind it.
+        if text.count(",") != len(rows) * (self._columns - 1) or text.count("\n") != len(rows) or '"' in text:
+            raise ValueError("a comma, quote or line break cannot stand in a cell of state.csv")
+        return text
+
+    def _new_format(self, kinds: tuple[type, ...]) -> str:
+        if len(kinds) != self._columns:
+            raise ValueError(f"a state row has {len(kinds)} values for {self._columns} columns")
+        marks = ("%.6f" if issubclass(kind, float) else "%d" if issubclass(kind, int) else "%s" for kind in kinds)
+        form = self._formats[kinds] = ",".join(marks) + "\n"
+        return form
