@@ -1,0 +1,127 @@
+"""Link supervision at, below and above each limit. The limits are design decisions, written here as literals."""
+
+from dataclasses import replace
+
+import pytest
+
+from bench.config import LinkLimits, load_profile
+from bench.link import DEGRADED, HOLD, LIVE, LOST, NEUTRAL, NEVER_SEEN, RcLink
+from bench.messages import RcFrame, RcLinkStatistics, RcNoise
+
+REST = (2048, 2048, 2048, 2048, 0, 0)
+MOVED = (2048, 2048, 1024, 2048, 0, 0)
+
+
+def frame(channels=MOVED, **flags):
+    return RcFrame(0, 12, channels, **flags)
+
+
+def a_link(**changes):
+    return RcLink(replace(load_profile("uart12"), **changes), LinkLimits())
+
+
+def live_link(**changes):
+    link = a_link(**changes)
+    assert link.step(0, [frame()]) == LIVE
+    return link
+
+
+def test_boot_is_never_seen_for_ever():
+    link = a_link()
+    assert [link.step(tick, ()) for tick in range(2000)] == [NEVER_SEEN] * 2000
+    assert link.age_ticks(2000) is None
+
+
+@pytest.mark.parametrize(
+    ("age", "state"),
+    [
+        (1, LIVE),
+        (25, LIVE),
+        (26, HOLD),
+        (99, HOLD),
+        (100, NEUTRAL),
+        (101, NEUTRAL),
+        (499, NEUTRAL),
+        (500, LOST),
+        (9999, LOST),
+    ],
+)
+def test_silence(age, state):
+    link = live_link()
+    assert link.step(age, ()) == state
+    assert link.age_ticks(age) == age
+
+
+@pytest.mark.parametrize(
+    ("age", "state"), [(10, DEGRADED), (99, DEGRADED), (100, NEUTRAL), (499, NEUTRAL), (500, LOST)]
+)
+def test_frames_flagged_lost_do_not_refresh(age, state):
+    link = live_link()
+    for tick in range(10, age + 1):
+        link.step(tick, [frame(frame_lost=True)] if tick % 10 == 0 or tick == age else ())
+    assert (link.state, link.reason) == (state, "frame lost")
+    assert link.last_good_tick == 0
+
+
+@pytest.mark.parametrize(
+    ("event", "reason"),
+    [
+        (frame(failsafe=True), "failsafe flag"),
+        (frame(failsafe=True, frame_lost=True), "failsafe flag"),
+        (frame((0, 0, 0, 0, 0, 0)), "all channels 0"),
+        (RcLinkStatistics(0, 14, 0, -108, 11), "link quality 0"),
+        (frame((2048, 2048)), "channels missing"),
+    ],
+)
+def test_what_says_loss_is_neutral_at_once_and_lost_in_time(event, reason):
+    link = live_link()
+    assert link.step(10, [event]) == NEUTRAL
+    assert link.reason == reason
+    assert link.step(499, [event]) == NEUTRAL
+    assert link.step(500, [event]) == LOST
+    assert link.reason == reason
+
+
+def test_a_good_frame_ends_a_failsafe():
+    link = live_link()
+    link.step(10, [frame(failsafe=True)])
+    assert link.step(11, ()) == NEUTRAL
+    assert link.step(20, [frame()]) == LIVE
+
+
+def test_quality_zero_holds_until_quality_returns():
+    link = live_link()
+    link.step(10, [RcLinkStatistics(0, 14, 0, -108, 11)])
+    assert link.step(20, [frame()]) == NEUTRAL
+    assert link.step(30, [RcLinkStatistics(0, 14, 100, -70, 8), frame()]) == LIVE
+
+
+def test_quality_zero_before_the_first_frame_is_told():
+    link = a_link()
+    assert link.step(0, [RcLinkStatistics(0, 14, 0, -108, 11)]) == NEVER_SEEN
+    assert link.reason == "link quality 0"
+
+
+@pytest.mark.parametrize(("last", "state"), [(299, LIVE), (300, NEUTRAL), (301, NEUTRAL)])
+def test_frozen_sticks_where_the_profile_asks_for_it(last, state):
+    link = live_link(frozen_ms=300)
+    for tick in [*range(1, last, 10), last]:
+        link.step(tick, [frame()])
+    assert link.state == state
+
+
+def test_sticks_at_rest_may_stand_still():
+    link = a_link(frozen_ms=300)
+    assert {link.step(tick, [frame(REST)]) for tick in range(0, 2000, 10)} == {LIVE}
+
+
+def test_frozen_is_off_by_default():
+    link = a_link()
+    assert {link.step(tick, [frame()]) for tick in range(0, 5000, 10)} == {LIVE}
+
+
+def test_noise_counts_and_changes_nothing():
+    link = live_link()
+    assert link.step(10, [RcNoise(12, 7, "header")]) == LIVE
+    assert link.noise_bytes == 7
+    assert link.step(100, [RcNoise(19, 5, "header")]) == NEUTRAL

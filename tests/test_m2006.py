@@ -1,0 +1,169 @@
+"""C610 frames against literal bytes (m2006-c610 reference, section 1.5), and both ends of the bus."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.config import load_robot
+from bench.m2006 import (
+    EmulatedEscs,
+    MotorBus,
+    decode_command,
+    decode_feedback,
+    describe,
+    encode_command,
+    encode_feedback,
+)
+
+ROBOT = load_robot("m2006")
+
+COMMANDS = [
+    ((0, 0, 0, 0), "00 00 00 00 00 00 00 00"),
+    ((1000, 1000, 1000, 0), "03 E8 03 E8 03 E8 00 00"),
+    ((-1000, -1000, -1000, 0), "FC 18 FC 18 FC 18 00 00"),
+    ((600, 600, 600, 0), "02 58 02 58 02 58 00 00"),
+    ((10000, -10000, 10000, -10000), "27 10 D8 F0 27 10 D8 F0"),
+]
+FEEDBACK = [
+    ((0, 0, 0), "00 00 00 00 00 00 00 00"),
+    ((4321, 12300, 850), "10 E1 30 0C 03 52 00 00"),
+    ((17, -12300, -850), "00 11 CF F4 FC AE 00 00"),
+    ((8191, -1, -1), "1F FF FF FF FF FF 00 00"),
+]
+
+
+@pytest.mark.parametrize(("currents", "text"), COMMANDS)
+def test_command_bytes(currents, text):
+    assert encode_command(currents) == bytes.fromhex(text)
+    assert decode_command(bytes.fromhex(text)) == currents
+
+
+@pytest.mark.parametrize(("fields", "text"), FEEDBACK)
+def test_feedback_bytes(fields, text):
+    assert encode_feedback(*fields) == bytes.fromhex(text)
+    assert decode_feedback(bytes.fromhex(text)) == fields
+
+
+@pytest.mark.parametrize("raw", [10001, -10001, 40000])
+def test_a_command_beyond_the_esc_is_refused(raw):
+    with pytest.raises(ValueError, match=r"outside -10000\.\.10000"):
+        encode_command((raw, 0, 0, 0))
+
+
+@given(st.integers(0, 0x7FF), st.binary(max_size=8))
+def test_any_frame_is_survived_at_both_ends(can_id, data):
+    MotorBus(ROBOT).receive(0, [(can_id, data)])
+    EmulatedEscs(ROBOT).receive(0, [(can_id, data)])
+    describe(can_id, data)
+
+
+def test_frames_of_a_wrong_length_are_counted_and_dropped():
+    bus, escs = MotorBus(ROBOT), EmulatedEscs(ROBOT)
+    bus.receive(0, [(0x201, b"\x00" * 7), (0x205, b"\x00" * 8)])
+    assert (bus.malformed_frames, bus.foreign_frames) == (1, 1)
+    assert escs.receive(0, [(0x200, b"\x03\xe8" * 3)]) == [0, 0, 0]
+    assert escs.malformed_frames == 1
+
+
+def test_positive_wheel_current_is_negative_on_this_robots_wire():
+    # document 004: positive current on the wire drives the clockwise tangent; wheels count counter-clockwise
+    assert MotorBus(ROBOT).command([0.3, -0.2, 0.0]) == ((0x200, bytes.fromhex("FED4 00C8 0000 0000")),)
+    assert EmulatedEscs(ROBOT).receive(0, [(0x200, bytes.fromhex("FED4 00C8 0000 0000"))]) == [0.3, -0.2, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("current_a", "raw"),
+    [
+        (0.5994, -599),
+        (0.6, -600),
+        (0.6006, -600),
+        (5.0, -600),
+        (-5.0, 600),
+        (math.inf, -600),
+        (-math.inf, 600),
+        (math.nan, 0),
+    ],
+)
+def test_the_last_line_before_the_port_clamps(current_a, raw):
+    ((_, data),) = MotorBus(ROBOT).command([current_a, 0.0, 0.0])
+    assert decode_command(data)[0] == raw
+
+
+def feedback_for(wheel_rad, tick_speed=0.0):
+    return EmulatedEscs(ROBOT).feedback([wheel_rad] * 3, [tick_speed] * 3, [0.0] * 3)
+
+
+def test_feedback_shows_the_rotor_behind_the_gear():
+    # A tenth of a wheel turn is 3.6 rotor turns; on this robot's wire a positive turn counts down.
+    frames = feedback_for(math.tau / 10)
+    assert [can_id for can_id, _ in frames] == [0x201, 0x202, 0x203]
+    angle, _, _ = decode_feedback(frames[0][1])
+    assert angle == pytest.approx((-3.6 * 8192) % 8192, abs=1)
+
+
+def test_reported_speed_settles_at_rotor_rpm_within_its_filter():
+    escs = EmulatedEscs(ROBOT)
+    for _ in range(10):
+        frames = escs.feedback([0.0] * 3, [10.0] * 3, [0.0] * 3)
+    _, rpm, _ = decode_feedback(frames[0][1])
+    full = -10.0 * 36 * 60 / math.tau
+    assert rpm == pytest.approx(full * (1 - math.exp(-1)), abs=1)  # 10 ms after a step, a 10 ms filter is at 63 %
+
+
+@given(st.lists(st.floats(-80, 80), min_size=1, max_size=60))
+def test_increments_follow_the_wheels_through_every_wrap(speeds):
+    bus, angle = MotorBus(ROBOT), 0.0
+    bus.receive(0, feedback_for(angle))
+    total = 0.0
+    for tick, speed in enumerate(speeds, start=1):
+        angle += speed / 1000
+        bus.receive(tick, feedback_for(angle))
+        total += bus.take_increments()[0]
+    assert total == pytest.approx(angle, abs=2 * math.tau / (36 * 8192))
+    assert bus.speeds_radps[0] == pytest.approx(speeds[-1], abs=0.05)
+
+
+def test_one_lost_frame_loses_no_motion():
+    bus = MotorBus(ROBOT)
+    bus.receive(0, feedback_for(0.0))
+    bus.take_increments()
+    bus.receive(1, feedback_for(0.02)[1:])
+    assert not bus.complete
+    bus.receive(2, feedback_for(0.04))
+    assert bus.complete
+    assert bus.take_increments() == pytest.approx([0.04] * 3, abs=1e-4)
+    assert bus.speeds_radps == pytest.approx([20.0] * 3, abs=0.1)
+
+
+@pytest.mark.parametrize(("policy", "expected"), [("hold", [0.3, 0.3]), ("zero", [0.3, 0.0])])
+def test_command_loss(policy, expected):
+    motor = replace(ROBOT.motor, on_command_loss=policy, command_timeout_ms=50)
+    escs = EmulatedEscs(replace(ROBOT, motor=motor))
+    escs.receive(0, MotorBus(ROBOT).command([0.3] * 3))
+    assert [escs.receive(49, ())[0], escs.receive(50, ())[0]] == expected
+
+
+def test_esc_ids_above_four_use_the_second_group():
+    wheels = tuple(replace(wheel, can_id=i) for wheel, i in zip(ROBOT.wheels, (4, 5, 8), strict=True))
+    robot = replace(ROBOT, wheels=wheels)
+    frames = MotorBus(robot).command([0.1, 0.2, 0.3])
+    assert frames == ((0x200, bytes.fromhex("0000 0000 0000 FF9C")), (0x1FF, bytes.fromhex("FF38 0000 0000 FED4")))
+    assert EmulatedEscs(robot).receive(0, frames) == pytest.approx([0.1, 0.2, 0.3])
+
+
+def test_fields_by_name():
+    assert describe(0x1FF, encode_command((1, 2, 3, 4))) == {
+        "current_5_ma": 1,
+        "current_6_ma": 2,
+        "current_7_ma": 3,
+        "current_8_ma": 4,
+    }
+    assert describe(0x201, bytes.fromhex("10 E1 30 0C 03 52 00 00")) == {
+        "angle_counts": 4321,
+        "speed_rpm": 12300,
+        "current_ma": 850,
+    }
+    assert describe(0x300, b"") == {}
