@@ -16,6 +16,8 @@ from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+from bench.errors import UsageError
+
 HERE = Path(__file__).parent
 ROBOTS_DIR = HERE / "robots"
 PROFILES_DIR = HERE / "profiles"
@@ -23,7 +25,7 @@ PROTOCOLS = ("uart12", "sbus", "crsf")
 MOTOR_KINDS = ("c610",)
 
 
-class ConfigError(ValueError):
+class ConfigError(UsageError):
     """A robot, profile or scenario file that cannot be right. The text is one sentence for the user."""
 
 

@@ -31,18 +31,19 @@ SINGULAR_BELOW = 1e-9
 class Kinematics:
     """The matrix of one base and its least-squares inverse. Raises ValueError where they cannot span the plane."""
 
-    __slots__ = ("axes", "forward_rows", "inverse_rows", "radii", "wheel_count")
+    __slots__ = ("axes", "forward_rows", "inverse_rows", "length_m", "radii")
 
     def __init__(self, wheels: Sequence[Wheel]) -> None:
-        self.wheel_count = len(wheels)
         self.axes = axis_rows(wheels)
+        self.length_m = _length_scale(wheels)
+        """The farthest wheel's distance from the origin: over it, metres and radians are judged alike."""
         self.radii = tuple(wheel.radius_m * math.cos(wheel.roller_rad) for wheel in wheels)
         """r cos gamma: metres along the roller axis for each radian of the wheel."""
         self.inverse_rows: tuple[Row, ...] = tuple(
             (ax / r, ay / r, moment / r) for (ax, ay, moment), r in zip(self.axes, self.radii, strict=True)
         )
         """H, one row a wheel: twist -> wheel speeds (the robotics name for this direction is inverse kinematics)."""
-        self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, _length_scale(wheels))
+        self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, self.length_m)
         """H+, three rows: wheel speeds -> twist."""
 
     def wheel_speeds(self, twist: Sequence[float]) -> list[float]:
@@ -124,7 +125,6 @@ def _axis_row(wheel: Wheel) -> Row:
 
 
 def _length_scale(wheels: Sequence[Wheel]) -> float:
-    """The farthest wheel's distance from the origin: with it, metres and radians are judged alike."""
     return math.sqrt(max((wheel.x_m * wheel.x_m + wheel.y_m * wheel.y_m for wheel in wheels), default=0.0)) or 1.0
 
 

@@ -1,0 +1,72 @@
+"""`wheelbench VERB ...`: finds the verb, hands over, and turns what went wrong into one sentence and an exit status.
+
+Only the verb that was asked for is imported: `wheelbench --help` must not wait for a physics engine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+
+VERBS = {
+    "demo": "the bench in one go: a recorded RC stream drives the default robot, checked against its golden",
+    "drive": "the dashboard: drive the simulated robot by keyboard, or watch a recording",
+    "replay": "run a scenario, an RC capture or a recording, headless, faster than real time",
+    "check": "compare a recording with a golden, and say in words what differs",
+    "decode": "any capture to decoded lines or JSON lines",
+    "kin": "wheel speeds from a twist and back, matrices, conditioning",
+    "robots": "what can be driven",
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command; returns its exit status: 0 ok, 1 expectation failed, 2 usage, 3 environment."""
+    given = sys.argv[1:] if arguments is None else arguments
+    parser = _parser(given[0] if given else "")
+    args = parser.parse_args(given)
+    if args.verb is None:
+        parser.print_help()
+        return 2
+    from bench.errors import EXIT_ENVIRONMENT, BenchError
+
+    try:
+        return int(args.run(args))
+    except BenchError as error:
+        print(f"wheelbench {args.verb}: {error}", file=sys.stderr)
+        return error.exit_status
+    except KeyboardInterrupt:
+        print(f"wheelbench {args.verb}: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # Whoever read our output has left (`| head`): not an error of ours, and nothing more can be said to them.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_ENVIRONMENT
+
+
+def _parser(verb: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="wheelbench",
+        description="Test bench and RC teleop for omni-wheel robot bases: RC bytes in, SLAMWARE and CAN frames out.",
+        epilog="wheelbench VERB --help tells about one verb. Start with: wheelbench demo",
+    )
+    parser.add_argument("--version", action="version", version=_version())
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB")
+    for name, help_text in VERBS.items():
+        sub = verbs.add_parser(name, help=help_text, description=help_text[0].upper() + help_text[1:] + ".")
+        if name == verb:
+            module = importlib.import_module(f"bench.cli.{name}")
+            module.add_arguments(sub)
+            sub.set_defaults(run=module.run)
+    return parser
+
+
+def _version() -> str:
+    from bench import __version__
+
+    return f"wheelbench {__version__}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
