@@ -172,6 +172,7 @@ class Profile:
     expo: float = 0.0
     frozen_ms: int = 0
     arming: str = "switch"
+    file: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,6 +192,7 @@ class Robot:
     rc: Profile | None = None
     source: str = ""
     assumed: tuple[str, ...] = ()
+    file: Path | None = None
 
 
 # --- reading -----------------------------------------------------------------------------------------------------
@@ -216,15 +218,19 @@ def profile_path(name_or_path: str | Path) -> Path:
     return _find(name_or_path, PROFILES_DIR, profile_names(), "profile")
 
 
-def load_robot(name_or_path: str | Path) -> Robot:
-    """Read and check a robot file. Raises ConfigError with file, key and what to try."""
+def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> Robot:
+    """Read and check a robot file; a profile given here takes the place of the file's own.
+
+    Raises ConfigError with file, key and what to try.
+    """
     path = robot_path(name_or_path)
     data = Table(path, "", read_toml(path))
     data.take_schema()
     motor = data.table("motor").into(Motor)
     wheels = tuple(_read_wheel(entry) for entry in data.tables("wheel"))
     rc = data.get("rc", str, None)
-    profile = load_profile(_beside(path, rc)) if rc is not None else None
+    if profile is None and rc is not None:
+        profile = _beside(path, rc)
     robot = Robot(
         name=data.get("name", str),
         about=data.get("about", str),
@@ -236,9 +242,10 @@ def load_robot(name_or_path: str | Path) -> Robot:
         control=data.table("control").into(Control),
         link=data.table("link", optional=True).into(LinkLimits),
         slamware=data.table("slamware", optional=True).into(SlamwareSettings),
-        rc=profile,
+        rc=load_profile(profile) if profile is not None else None,
         source=data.get("source", str, ""),
         assumed=tuple(data.get("assumed", list, [])),
+        file=path,
     )
     data.refuse_rest()
     _check_robot(path, robot)
@@ -252,7 +259,7 @@ def load_profile(name_or_path: str | Path) -> Profile:
     data.take_schema()
     sticks = {name: data.table(name).into(Axis) for name in ("forward", "right", "clockwise")}
     buttons = {name: data.table(name).into(Button) for name in ("aux1", "aux2") if data.has(name)}
-    profile = data.into(Profile, **sticks, **buttons)
+    profile = data.into(Profile, **sticks, **buttons, file=path)
     _check_profile(path, profile)
     return profile
 

@@ -6,12 +6,13 @@ limited to the robot file's value; while it is, the integrator takes nothing tha
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from bench.config import Robot
 
 DT_S = 0.001
+FRICTION_FADE_RADPS = 0.2
+"""Below this wanted speed the friction feed-forward fades to nothing: its sign would be a matter of rounding."""
 REST_LEAK = 0.98
 """Share of the integrator that survives each tick of standing still as wanted: a robot at rest must not sit on a
 current that static friction happens to balance (it halves in 35 ms)."""
@@ -20,7 +21,15 @@ current that static friction happens to balance (it halves in 35 ms)."""
 class SpeedController:
     """Per-wheel speed control. Wheel order, rad/s and A, in the wheels' positive sense."""
 
-    __slots__ = ("_coulomb_a", "_integral_a", "_ki_dt", "_kp", "_limit_a", "_viscous_a_per_radps")
+    __slots__ = (
+        "_coulomb_a",
+        "_fading_a_per_radps",
+        "_integral_a",
+        "_ki_dt",
+        "_kp",
+        "_limit_a",
+        "_viscous_a_per_radps",
+    )
 
     def __init__(self, robot: Robot) -> None:
         control, motor = robot.control, robot.motor
@@ -29,20 +38,25 @@ class SpeedController:
         self._limit_a = robot.limits.current_a
         self._coulomb_a = motor.coulomb_nm / motor.torque_nm_per_a if control.feed_forward else 0.0
         self._viscous_a_per_radps = motor.viscous_nms / motor.torque_nm_per_a if control.feed_forward else 0.0
+        self._fading_a_per_radps = self._viscous_a_per_radps + self._coulomb_a / FRICTION_FADE_RADPS
         self._integral_a = [0.0] * len(robot.wheels)
 
     def step(self, wanted_radps: Sequence[float], measured_radps: Sequence[float]) -> list[float]:
         """Currents for this tick."""
         kp, ki_dt, limit = self._kp, self._ki_dt, self._limit_a
+        viscous, coulomb_a, fading = self._viscous_a_per_radps, self._coulomb_a, self._fading_a_per_radps
         integral = self._integral_a
         currents = []
         for wheel, (wanted, measured) in enumerate(zip(wanted_radps, measured_radps, strict=True)):
             error = wanted - measured
-            forward_a = self._viscous_a_per_radps * wanted
-            if wanted != 0.0:
-                forward_a += math.copysign(self._coulomb_a, wanted)
-            elif measured == 0.0:
-                integral[wheel] *= REST_LEAK
+            if wanted > FRICTION_FADE_RADPS:
+                forward_a = viscous * wanted + coulomb_a
+            elif wanted < -FRICTION_FADE_RADPS:
+                forward_a = viscous * wanted - coulomb_a
+            else:
+                forward_a = fading * wanted
+                if wanted == 0.0 == measured:
+                    integral[wheel] *= REST_LEAK
             current = forward_a + kp * error + integral[wheel]
             if current > limit:
                 current = limit

@@ -1,0 +1,166 @@
+"""A run: a bench, the inputs of every tick, and what it is called. Scenarios, captures and recordings all become one.
+
+    run = from_source("bench/demo/demo.toml")
+    for out in run: ...
+
+The three sources differ in where the inputs come from and in nothing else:
+
+    scenario    RC bytes of a capture by time, core requests of its timeline
+    capture     RC bytes by their times, or paced by `period_ms` where there are none; the core asks for nothing
+    recording   RC bytes and core bytes of the recording, tick by tick; `recorded_can` takes its feedback frames too
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from bench.check.reading import Recording
+from bench.check.recording import RUN_TOML, Recorder, RunInfo
+from bench.check.scenario import Scenario, load_scenario
+from bench.config import Robot, load_profile, load_robot, profile_names
+from bench.errors import UsageError
+from bench.loop import NOTHING, Bench, replayed, simulated
+from bench.messages import TickInput, TickOutput
+from bench.rc.capture import Capture, by_tick, load_capture
+from bench.world import RecordedMotors
+
+TAIL_TICKS = 1000
+"""A capture is run on for a second after its last byte: what a robot does when the stream ends is worth seeing."""
+
+
+@dataclass(slots=True)
+class Run:
+    """Iterate to run it, once. `source` is the recording that it repeats, where it is one's replay."""
+
+    title: str
+    bench: Bench
+    ticks: int
+    inputs: Callable[[int], TickInput]
+    info: RunInfo
+    source: Recording | None = None
+
+    def recorder(self, directory: Path | str, *, overwrite: bool = False) -> Recorder:
+        """A recorder for this run's ticks. Raises RecordingError where the place cannot be written."""
+        robot = self.bench.robot
+        if robot.file is None:
+            raise ValueError("a run is recorded with its robot's file; this robot came from none")
+        profile_file = robot.rc.file if robot.rc else None
+        columns = self.bench.state_columns
+        return Recorder(directory, self.info, columns, robot.file, profile_file, overwrite=overwrite)
+
+    def __iter__(self) -> Iterator[TickOutput]:
+        """Every tick of the run, in order."""
+        bench, inputs = self.bench, self.inputs
+        for tick in range(self.ticks):
+            yield bench.tick(inputs(tick))
+
+
+def from_source(
+    source: str | Path,
+    *,
+    robot: str | Path | None = None,
+    protocol: str | None = None,
+    profile: str | Path | None = None,
+    period_ms: int | None = None,
+    recorded_can: bool = False,
+) -> Run:
+    """A run from whatever the path holds. Raises BenchError with what, where and what to try."""
+    path = Path(source)
+    if path.is_dir() and (path / RUN_TOML).exists():
+        if robot is not None or protocol is not None or profile is not None or period_ms is not None:
+            raise UsageError(f"{path}: a recording brings its own robot, profile and times; leave those options out")
+        return from_recording(path, recorded_can=recorded_can)
+    if recorded_can:
+        raise UsageError(f"{path}: only a recording has CAN feedback to replay")
+    if path.suffix == ".toml":
+        if protocol is not None or period_ms is not None:
+            raise UsageError(f"{path}: a scenario file says itself what its stream is; leave those options out")
+        return from_scenario(path, robot=robot, profile=profile)
+    return from_capture(path, robot=robot, protocol=protocol, profile=profile, period_ms=period_ms)
+
+
+def from_scenario(path: Path, *, robot: str | Path | None = None, profile: str | Path | None = None) -> Run:
+    """The run that a scenario file describes, on its robot or on another."""
+    scenario = load_scenario(path)
+    built = load_robot(robot or _beside(path, scenario.robot), profile or scenario.profile)
+    rc: dict[int, bytes] = {}
+    if scenario.rc is not None:
+        rc = _rc_by_tick(load_capture(scenario.rc), built, scenario.period_ms)
+    return Run(
+        title=scenario.name,
+        bench=simulated(built),
+        ticks=scenario.ticks,
+        inputs=_scenario_inputs(scenario, rc),
+        info=_info(built, scenario=scenario.name, seed=scenario.seed),
+    )
+
+
+def from_capture(
+    path: Path,
+    *,
+    robot: str | Path | None = None,
+    protocol: str | None = None,
+    profile: str | Path | None = None,
+    period_ms: int | None = None,
+) -> Run:
+    """A capture driven through a robot (the default one unless given)."""
+    capture = load_capture(path)
+    protocol = protocol or capture.protocol
+    built = load_robot(robot or "m2006", profile)
+    if built.rc is None:
+        raise UsageError(f"{built.file}: this robot takes no RC; give --profile to drive it with a capture")
+    if protocol is not None and built.rc.protocol != protocol:
+        fitting = [name for name in profile_names() if load_profile(name).protocol == protocol]
+        known = f" ({', '.join(fitting)} would fit)" if fitting else ""
+        raise UsageError(
+            f"{path}: is {protocol}, but the profile {built.rc.name} speaks {built.rc.protocol}; give --profile{known}"
+        )
+    rc = _rc_by_tick(capture, built, period_ms)
+    if not rc:
+        raise UsageError(f"{path}: holds no bytes to replay")
+    return Run(
+        title=path.stem,
+        bench=simulated(built),
+        ticks=max(rc) + 1 + TAIL_TICKS,
+        inputs=lambda tick: TickInput(rc[tick]) if tick in rc else NOTHING,
+        info=_info(built),
+    )
+
+
+def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
+    """A recording again: from its inputs, or with its CAN feedback in place of the plant's."""
+    recording = Recording.open(path)
+    built = load_robot(recording.robot_file, recording.profile_file)
+    rc, core = recording.rc, recording.core_to_base
+    return Run(
+        title=recording.info.scenario or path.name,
+        bench=replayed(built, RecordedMotors(built, recording.feedback) if recorded_can else None),
+        ticks=recording.ticks,
+        inputs=lambda tick: TickInput(rc.get(tick, b""), None, core.get(tick, b"")),
+        info=replace(recording.info, wheelbench=RunInfo("").wheelbench),
+        source=recording,
+    )
+
+
+def _scenario_inputs(scenario: Scenario, rc: dict[int, bytes]) -> Callable[[int], TickInput]:
+    core = dict(scenario.core)
+    return lambda tick: TickInput(rc.get(tick, b""), core.get(tick)) if tick in rc or tick in core else NOTHING
+
+
+def _rc_by_tick(capture: Capture, robot: Robot, period_ms: int | None) -> dict[int, bytes]:
+    profile = robot.rc
+    if profile is None:
+        return {}
+    return by_tick(capture, profile.protocol, period_ms or profile.period_ms)
+
+
+def _info(robot: Robot, scenario: str | None = None, seed: int = 0) -> RunInfo:
+    return RunInfo(robot=robot.name, profile=robot.rc.name if robot.rc else None, scenario=scenario, seed=seed)
+
+
+def _beside(path: Path, name: str) -> str | Path:
+    """A robot that a scenario names: one of ours, or a file next to the scenario's."""
+    beside = path.parent / name
+    return beside if beside.suffix == ".toml" and beside.exists() else name
