@@ -23,7 +23,7 @@ VERBS = {
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; returns its exit status: 0 ok, 1 expectation failed, 2 usage, 3 environment."""
-    given = sys.argv[1:] if arguments is None else arguments
+    given = _with_negative_values(sys.argv[1:] if arguments is None else arguments)
     parser = _parser(given[0] if given else "")
     args = parser.parse_args(given)
     if args.verb is None:
@@ -43,6 +43,17 @@ def main(arguments: list[str] | None = None) -> int:
         # Whoever read our output has left (`| head`): not an error of ours, and nothing more can be said to them.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_ENVIRONMENT
+
+
+def _with_negative_values(arguments: list[str]) -> list[str]:
+    """`--twist -1,0,0` as `--twist=-1,0,0`: argparse takes what begins with a dash for an option."""
+    joined: list[str] = []
+    for argument in arguments:
+        if argument[:1] == "-" and argument[1:2].isdigit() and joined and joined[-1].startswith("--"):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
 
 
 def _parser(verb: str) -> argparse.ArgumentParser:

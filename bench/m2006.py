@@ -96,14 +96,15 @@ class MotorBus:
 
     __slots__ = (
         "_angles",
+        "_command_ids",
         "_increments_rad",
         "_limit_raw",
         "_missing",
+        "_places",
         "_rad_per_count",
-        "_raw_per_a",
         "_seen",
+        "_stop_frames",
         "_wheel_of",
-        "_wiring",
         "currents_ma",
         "foreign_frames",
         "malformed_frames",
@@ -112,11 +113,16 @@ class MotorBus:
     )
 
     def __init__(self, robot: Robot) -> None:
-        wiring = self._wiring = Wiring(robot)
+        wiring = Wiring(robot)
         count = len(robot.wheels)
         self._wheel_of = {FEEDBACK_ID + can_id: wheel for wheel, can_id in enumerate(wiring.can_ids)}
         self._rad_per_count = wiring.rad_per_count
-        self._raw_per_a = wiring.raw_per_a
+        self._command_ids = wiring.command_ids
+        self._places = tuple(
+            (4 * frame + slot, raw_per_a)
+            for (frame, slot), raw_per_a in zip(wiring.slots, wiring.raw_per_a, strict=True)
+        )
+        self._stop_frames = tuple((can_id, bytes(FRAME_LENGTH)) for can_id in wiring.command_ids)
         self._limit_raw = int(robot.limits.current_a * RAW_PER_A)
         self._angles: list[int | None] = [None] * count
         self._seen = [-1] * count
@@ -171,20 +177,24 @@ class MotorBus:
 
     def command(self, currents_a: Sequence[float]) -> tuple[CanFrame, ...]:
         """Currents in the wheels' positive sense -> command frames. The last line before the port: it clamps."""
-        wiring = self._wiring
         limit = self._limit_raw
-        payloads = [[0, 0, 0, 0] for _ in wiring.command_ids]
-        for current_a, raw_per_a, (frame, slot) in zip(currents_a, self._raw_per_a, wiring.slots, strict=True):
-            # Not-a-number compares false with everything: it leaves as 0 instead of passing the clamp.
+        raws = [0] * (4 * len(self._command_ids))
+        for current_a, (place, raw_per_a) in zip(currents_a, self._places, strict=True):
             raw = current_a * raw_per_a
-            payloads[frame][slot] = (
-                round(raw) if -limit <= raw <= limit else limit if raw > 0 else -limit if raw < 0 else 0
-            )
-        return tuple((can_id, _COMMAND.pack(*raws)) for can_id, raws in zip(wiring.command_ids, payloads, strict=True))
+            if -limit <= raw <= limit:
+                raws[place] = round(raw)
+            elif raw > limit:
+                raws[place] = limit
+            elif raw < -limit:
+                raws[place] = -limit
+            # Not-a-number compares false with everything: its slot stays 0.
+        if len(raws) == 4:
+            return ((self._command_ids[0], _COMMAND.pack(*raws)),)
+        return tuple((can_id, _COMMAND.pack(*raws[4 * i : 4 * i + 4])) for i, can_id in enumerate(self._command_ids))
 
     def stop(self) -> tuple[CanFrame, ...]:
         """Command frames that ask for no current anywhere."""
-        return tuple((can_id, bytes(FRAME_LENGTH)) for can_id in self._wiring.command_ids)
+        return self._stop_frames
 
 
 class EmulatedEscs:
@@ -195,7 +205,7 @@ class EmulatedEscs:
     """
 
     __slots__ = (
-        "_commanded_raw",
+        "_currents_a",
         "_filter",
         "_heard",
         "_rpm",
@@ -209,7 +219,7 @@ class EmulatedEscs:
         motor: Motor = robot.motor
         wiring = self._wiring = Wiring(robot)
         count = len(robot.wheels)
-        self._commanded_raw = [0] * count
+        self._currents_a = [0.0] * count
         self._heard = [0] * count
         self._rpm = [0.0] * count
         # First-order low-pass on the reported speed, exact for a step of 1 ms.
@@ -217,7 +227,7 @@ class EmulatedEscs:
         self._timeout_ticks = motor.command_timeout_ms if motor.on_command_loss == "zero" else None
         self._wheels = {
             command_id: tuple(
-                (wheel, slot)
+                (wheel, slot, wiring.raw_per_a[wheel])
                 for wheel, (frame, slot) in enumerate(wiring.slots)
                 if wiring.command_ids[frame] == command_id
             )
@@ -227,7 +237,7 @@ class EmulatedEscs:
 
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> list[float]:
         """Take this tick's command frames; answer with the current of each wheel in A, in its positive sense."""
-        commanded = self._commanded_raw
+        currents_a = self._currents_a
         for can_id, data in frames:
             wheels = self._wheels.get(can_id)
             if wheels is None:
@@ -235,16 +245,19 @@ class EmulatedEscs:
             if len(data) != FRAME_LENGTH:
                 self.malformed_frames += 1
                 continue
-            currents = _COMMAND.unpack(data)
-            for wheel, slot in wheels:
-                # What a C610 does beyond +-10000 is not documented; clamping is the harmless assumption.
-                commanded[wheel] = max(-MAX_RAW, min(MAX_RAW, currents[slot]))
+            raws = _COMMAND.unpack(data)
+            for wheel, slot, raw_per_a in wheels:
+                raw = raws[slot]
+                if raw > MAX_RAW or raw < -MAX_RAW:
+                    # What a C610 does beyond its range is not documented; clamping is the harmless assumption.
+                    raw = MAX_RAW if raw > 0 else -MAX_RAW
+                currents_a[wheel] = raw / raw_per_a
                 self._heard[wheel] = tick
         if self._timeout_ticks is not None:
             for wheel, heard in enumerate(self._heard):
                 if tick - heard >= self._timeout_ticks:
-                    commanded[wheel] = 0
-        return [raw / raw_per_a for raw, raw_per_a in zip(commanded, self._wiring.raw_per_a, strict=True)]
+                    currents_a[wheel] = 0.0
+        return currents_a
 
     def feedback(
         self, angles_rad: Sequence[float], speeds_radps: Sequence[float], currents_a: Sequence[float]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import fields
 from functools import cached_property
@@ -27,13 +28,14 @@ RC, STATE = "rc", "state"
 Entry: TypeAlias = tuple[int, str, bytes]
 """One line of a log: tick, name of the wire, what crossed it (of state.csv: the row's text)."""
 
-_STAMP = rb"\((\d+)\.(\d{3})000\) "
+_SECONDS = rb"(0|[1-9]\d*)\.(\d{3})000"
+_STAMP = rb"\(" + _SECONDS + rb"\) "
 _HEX = rb"((?:[0-9A-F]{2} )*[0-9A-F]{2})"
 _LINES = {
     CAN_LOG: re.compile(_STAMP + rb"(can0) ([0-7][0-9A-F]{2})#((?:[0-9A-F]{2}){0,8})"),
     RC_LOG: re.compile(_STAMP + rb"(rc0) (>) " + _HEX),
     SLAMWARE_LOG: re.compile(_STAMP + rb"(slamware0) ([<>]) " + _HEX),
-    STATE_CSV: re.compile(rb"(\d+)\.(\d{3})000((?:,[^,]*)*)"),
+    STATE_CSV: re.compile(_SECONDS + rb"((?:,[^,]*)*)"),
 }
 _EXPECTED = {
     CAN_LOG: "(0.001000) can0 200#0258025802580000",
@@ -200,6 +202,17 @@ class Recording:
                 raise self._refuse(name, index, f"a second line for tick {tick}; expected one for each tick")
             newest = last[wire] = tick
             yield entry
+
+    def frames_by_wire(self, name: str, lines: int) -> dict[str, int]:
+        """How many frames the first lines of a log hold, by wire. Nothing is parsed but the wire."""
+        taken = self.lines(name)[:lines]
+        if name == CAN_LOG:
+            found = Counter([line.partition(b"#")[0][-3:] for line in taken])
+            return {f"can 0x{key.decode('ascii', 'replace')}": count for key, count in found.items()}
+        if name == SLAMWARE_LOG:
+            found = Counter([line.partition(b"0 ")[2][:1] for line in taken])
+            return {wire: found[key] for key, wire in _SERIAL_WIRES.items()}
+        return {RC if name == RC_LOG else STATE: len(taken)}
 
     def _is_cut(self, name: str) -> bool:
         return not self.content(name).endswith(b"\n")
