@@ -150,10 +150,11 @@ def test_sync_and_echo_come_back_verbatim(slave, kind, code, filler):
     assert slave.receive(request, 0) == request
 
 
-def test_largest_echo_comes_back_whole(slave):
+def test_largest_echo_comes_back_whole_and_a_larger_one_is_refused(slave):
     request = encode_frame(1, bytes(range(254)) * 2)
     assert len(request) == 513
     assert slave.receive(request, 0) == request
+    assert slave.receive(encode_frame(1, bytes(509)), 1) == TOO_LONG
 
 
 @pytest.mark.parametrize("code", [0x02, 0x03, 0x0F, 0x7E, 0xF1, 0xF9, 0xFF])
@@ -281,6 +282,11 @@ def test_each_fault_gets_one_answer_at_once(slave):
     assert slave.receive(b"\x10\x00\x10", 108) == BAD_FORMAT
     assert slave.receive(b"\x50\x58\x02", 109) == TOO_LONG
     assert slave.errors == {0x0010: 3, 0x0040: 1, 0x8001: 1, 0x0020: 1}
+
+
+def test_stray_bytes_are_one_fault_for_as_long_as_they_keep_coming(slave):
+    assert [slave.receive(b"\xaa", tick) for tick in (0, 60, 120, 219)] == [NOT_SYNCHRONISED, b"", b"", b""]
+    assert slave.receive(b"\xaa", 319) == NOT_SYNCHRONISED
 
 
 def test_a_request_whose_flag_was_damaged_is_answered_once(slave):
