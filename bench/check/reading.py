@@ -98,9 +98,7 @@ class Recording:
         for name in reversed(LOGS):  # can.log was written last, so its end is the safe one
             count = len(self.lines(name))
             if count:
-                last = self.entry(name, count - 1)[0]
-                # Where a line was cut off, the tick before it may want a frame as well.
-                return last if self._is_cut(name) else last + 1
+                return self.entry(name, count - 1)[0]  # not this tick itself: it may want a frame
         return 0
 
     @cached_property
@@ -213,9 +211,6 @@ class Recording:
             found = Counter([line.partition(b"0 ")[2][:1] for line in taken])
             return {wire: found[key] for key, wire in _SERIAL_WIRES.items()}
         return {RC if name == RC_LOG else STATE: len(taken)}
-
-    def _is_cut(self, name: str) -> bool:
-        return not self.content(name).endswith(b"\n")
 
     def _refuse(self, name: str, index: int, what: str) -> RecordingError:
         line = index + (2 if name == STATE_CSV else 1)

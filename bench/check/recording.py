@@ -22,12 +22,13 @@ from pathlib import Path
 from types import TracebackType
 
 from bench import __version__
+from bench.errors import BenchError, SurroundingsError
 from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
 
 SCHEMA = 1
 CAN_LOG, RC_LOG, SLAMWARE_LOG, STATE_CSV = "can.log", "rc.log", "slamware.log", "state.csv"
 RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "profile.toml", "golden.toml"
-# can.log is written last: a tick that stands there stands in the other files too, wherever a run was cut off.
+# can.log is written last: a tick that has begun there stands in the other files, wherever a run was cut off.
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
 FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML)
 
@@ -35,8 +36,12 @@ FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML)
 BLOCK_TICKS = 100
 
 
-class RecordingError(Exception):
-    """A recording that cannot be written, read or trusted. The text is one sentence for the user."""
+class RecordingError(BenchError):
+    """A recording that cannot be written, read or trusted."""
+
+
+class RecordingPlaceError(SurroundingsError, RecordingError):
+    """The operating system refuses: no room, no permission, no such device."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +115,7 @@ class Recorder:
             return
         if not self._files:
             raise RecordingError(f"{self.directory}: the recording has ended; start another one")
-        if block[0].tick != self.ticks or block[-1].tick != self.ticks + len(block) - 1:
+        if [out.tick for out in block] != list(range(self.ticks, self.ticks + len(block))):
             raise ValueError(f"ticks {block[0].tick}..{block[-1].tick} do not follow tick {self.ticks - 1} one by one")
         texts = (_rc_lines(block), _slamware_lines(block), self._state.lines(block), _can_lines(block))
         try:
@@ -183,6 +188,14 @@ def read_bytes(path: Path) -> bytes:
         raise _cannot(path, "read", error) from None
 
 
+def write_file(path: Path, content: bytes) -> None:
+    """Write a whole file. Raises RecordingError."""
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise _cannot(path, "written", error) from None
+
+
 def remove_recording(directory: Path) -> None:
     """Remove the files of a recording from a directory, and no other. Raises RecordingError."""
     for name in FILES:
@@ -213,14 +226,14 @@ def _make_room(directory: Path, overwrite: bool) -> None:
     remove_recording(directory)
 
 
-def _cannot(path: Path, done: str, error: OSError) -> RecordingError:
+def _cannot(path: Path, done: str, error: OSError) -> RecordingPlaceError:
     if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         advice = "what stands there stays; free some space or record elsewhere"
     elif done == "read":
         advice = "check the path and its permissions"
     else:
         advice = "give a directory that you may write to"
-    return RecordingError(f"{path}: cannot be {done} ({error.strerror}); {advice}")
+    return RecordingPlaceError(f"{path}: cannot be {done} ({error.strerror}); {advice}")
 
 
 # --- one block of ticks as text ----------------------------------------------------------------------------------
