@@ -61,6 +61,7 @@ class SlamwareNoise(NamedTuple):
 
     offset: int
     length: int
+    """Bytes refused; for an oversize frame that is refused whole, what it announced."""
     reason: str
 
 
