@@ -422,16 +422,18 @@ def _read_wheel(entry: Table) -> Wheel:
 
 
 _MAY_BE_ZERO = {"rolling", "coulomb_nm", "load_friction", "current_lag_ms", "speed_filter_ms", "ki_a_per_rad"}
+_MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
 
 
 def _check_robot(path: Path, robot: Robot) -> None:
     # Imported here: kinematics builds on this module, and only a whole robot can be singular.
     from bench.kinematics import Kinematics
+    from bench.slamware.payloads import Identity, identity_answer
 
     def fail(key: str, what: str) -> ConfigError:
         return ConfigError(f"{path}: {key}: {what}")
 
-    for table in ("body", "ground", "motor", "limits", "control", "link"):
+    for table in ("body", "ground", "motor", "limits", "control", "link", "slamware"):
         part = getattr(robot, table)
         for item in fields(part):
             value = getattr(part, item.name)
@@ -458,6 +460,12 @@ def _check_robot(path: Path, robot: Robot) -> None:
         Kinematics(robot.wheels)
     except ValueError as error:
         raise fail("wheel", str(error)) from None
+    said = robot.slamware
+    try:
+        identity = Identity(said.model, said.firmware_version, said.hardware_version, said.serial_number)
+        identity_answer(identity)
+    except ValueError as error:
+        raise fail("slamware", str(error)) from None
 
 
 def _check_profile(path: Path, profile: Profile) -> None:

@@ -13,7 +13,7 @@ from bench.config import load_profile
 from bench.rc.transmitter import Sticks, Transmitter
 
 DEMO = Path(__file__).parents[1] / "bench" / "demo"
-SECONDS = 26.0
+SECONDS = 27.0
 SEED = 4
 BYTE_US = 104.17  # 8 data bits, even parity, 2 stop bits at 115200 baud
 
@@ -24,7 +24,7 @@ HELD = [
     (0.7, (0.0, 0.0, 0.0)),
     (1.5, (0.45, 0.0, 0.0)),  # forward
     (3.5, (0.0, 0.0, 0.0)),
-    (3.8, (0.0, 0.40, 0.0)),  # strafe left
+    (3.8, (0.0, -0.40, 0.0)),  # strafe right
     (5.6, (0.0, 0.0, 0.0)),
     (5.9, (0.0, 0.0, 0.80)),  # spin
     (7.5, (0.0, 0.0, 0.0)),
@@ -32,16 +32,16 @@ HELD = [
     (10.0, (0.0, 0.0, 0.0)),
     (10.3, (0.30, -0.30, 0.60)),  # all three mixed
     (12.4, (0.0, 0.0, 0.0)),  # hands off: the core's leg
-    (17.9, (0.45, 0.0, 0.0)),  # forward into the link loss
-    (20.4, (0.0, 0.0, 0.0)),
-    (21.9, (0.45, 0.0, 0.0)),  # field-centric: field forward, whichever way the robot looks
-    (23.2, (-0.45, 0.0, 0.2)),
-    (24.5, (0.0, 0.0, 0.0)),
+    (19.0, (0.45, 0.0, 0.0)),  # forward into the link loss
+    (21.5, (0.0, 0.0, 0.0)),
+    (23.0, (0.45, 0.0, 0.0)),  # field-centric: field forward, whichever way the robot looks
+    (24.3, (-0.45, 0.0, 0.2)),
+    (25.6, (0.0, 0.0, 0.0)),
 ]
 MOVE_S = 0.15
-AUX1_S = [(1.0, 1.12), (20.8, 20.92), (25.4, 25.52)]  # arm, re-arm, disarm
-AUX2_S = [(21.4, 21.52)]
-SILENT_S = (18.6, 19.8)
+AUX1_S = [(1.0, 1.12), (21.9, 22.02), (26.5, 26.62)]  # arm, re-arm, disarm
+AUX2_S = [(22.5, 22.62)]
+SILENT_S = (19.7, 20.9)
 
 
 def sticks_at(t_s: float) -> Sticks:

@@ -234,7 +234,7 @@ class _Finder:
         beyond = []
         for name, one in before.items():
             other = after[name]
-            if one == other or (one != one and other != other):  # not-a-number on both sides
+            if one == other and type(one) is type(other):
                 continue
             apart = distance(name, one, other)
             if apart is not None:

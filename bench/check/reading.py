@@ -6,6 +6,7 @@ with file, line and what was expected: a comparison with a damaged file would pr
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections import Counter
@@ -234,12 +235,13 @@ def as_outputs(run: Recording) -> Iterator[TickOutput]:
 
 
 def cell_value(cell: str) -> float | int | str:
-    """A cell of state.csv: a whole number, a number with decimals, or text."""
+    """A cell of state.csv: a whole number, a number with decimals, or text. What is not finite stays text."""
     for kind in (int, float):
         try:
-            return kind(cell)
+            value = kind(cell)
         except ValueError:
-            pass
+            continue
+        return value if math.isfinite(value) else cell
     return cell
 
 

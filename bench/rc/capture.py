@@ -43,6 +43,8 @@ class Capture:
 def load_capture(path: str | Path, use_times: bool = True) -> Capture:
     """Read a capture from its bytes, or from its .json. Raises UsageError with file, fault and what to try."""
     bytes_path = Path(path)
+    if bytes_path.is_dir():
+        raise UsageError(f"{bytes_path}: is a directory; a capture is a file of raw bytes, such as NAME.bin")
     described_by = bytes_path.with_suffix(".json")
     description: dict[str, Any] = {}
     if bytes_path.suffix == ".json" or described_by.is_file():
@@ -85,8 +87,6 @@ def by_tick(capture: Capture, protocol: str, period_ms: int | None = None) -> di
 
 
 def _read(path: Path) -> bytes:
-    if path.is_dir():
-        raise UsageError(f"{path}: is a directory; a capture is a file of raw bytes, such as NAME.bin")
     try:
         return path.read_bytes()
     except FileNotFoundError:
@@ -96,14 +96,13 @@ def _read(path: Path) -> bytes:
 
 
 def _description(path: Path) -> dict[str, Any]:
+    advice = "mend it, or move it away to use the bytes alone"
     try:
         found = json.loads(_read(path).decode())
     except ValueError:
-        raise UsageError(
-            f"{path}: is not JSON; mend it, or move it away to use the bytes without a description"
-        ) from None
+        raise UsageError(f"{path}: is not JSON; {advice}") from None
     if not isinstance(found, dict) or found.get("format") != FORMAT:
-        raise UsageError(f"{path}: does not describe a capture (format {FORMAT!r}); give the file of raw bytes")
+        raise UsageError(f"{path}: does not describe a capture (format {FORMAT!r}); {advice}")
     return found
 
 

@@ -12,6 +12,9 @@ After an SBUS2 frame up to eight sensors answer on the same wire, 3 bytes each: 
 The middle of most transmitters, 992, puts a 0F *inside* the payload, so header and footer alone lock on wrong places.
 A frame must also be followed by the next header, by silence, by answers that lead to one of these, or by a frame that
 has lost nothing but its header (its footer and the header after that stand where they belong).
+
+Where bytes were lost or added, two overlapping places can pass all of this. The one that begins where the last frame
+ended has the better claim if its channels are closer to that frame's; then neither is believed.
 """
 
 from __future__ import annotations
@@ -31,15 +34,20 @@ _new_frame = tuple.__new__
 
 
 class SbusDecoder(Decoder):
-    """SBUS and SBUS2 bytes to frames. Reasons of noise: header, footer, successor, cut."""
+    """SBUS and SBUS2 bytes to frames. Reasons of noise: header, footer, successor, rival, cut."""
 
     protocol = "sbus"
     byte_us = 12 / 100_000 * 1e6
 
     def __init__(self, pause_us: float | None = None) -> None:
         super().__init__(pause_us)
-        self._answer_at = -1  # stream offset at which a sensor may answer
+        # All of these are stream offsets.
+        self._expected_at = -1  # the end of the last frame
+        self._answer_at = -1  # where a sensor may answer
         self._answers_left = 0
+        self._rival_end = -1  # a candidate at `_expected_at` that nothing follows ends here
+        self._rival_distance = 0
+        self._last_channels: tuple[int, ...] = ()
 
     def _scan(self, buf: bytes, closed: bool, out: list[RcEvent]) -> int:
         base, size, at = self._offset, len(buf), 0
@@ -55,15 +63,21 @@ class SbusDecoder(Decoder):
                 else:
                     # The usual case first; everything else that may follow a frame is rare.
                     believed = True if end < size and buf[end] == HEADER else _followed(buf, end, footer, closed)
-                    if believed:
-                        if self._noise_length:
-                            self._end_noise(out)
-                        self._accept(buf, at, footer, out)
-                        at = end
-                        continue
                     if believed is None:
                         return at
-                    reason = "successor"
+                    channels = unpack_channels(buf[at + 1 : at + 23])
+                    if not believed:
+                        reason = "successor"
+                        if base + at == self._expected_at:
+                            self._rival_end, self._rival_distance = base + end, self._distance(channels)
+                    elif base + at < self._rival_end and self._distance(channels) > self._rival_distance:
+                        reason = "rival"
+                    else:
+                        if self._noise_length:
+                            self._end_noise(out)
+                        self._accept(base + at, channels, buf[at + 23], footer, out)
+                        at = end
+                        continue
             elif self._answers_left and base + at == self._answer_at and _is_slot(buf[at]):
                 answered = _answered(buf, at, closed)
                 if answered:
@@ -89,11 +103,8 @@ class SbusDecoder(Decoder):
             at += 1
         return at
 
-    def _accept(self, buf: bytes, at: int, footer: int, out: list[RcEvent]) -> None:
-        flags = buf[at + 23]
+    def _accept(self, offset: int, channels: tuple[int, ...], flags: int, footer: int, out: list[RcEvent]) -> None:
         failsafe, frame_lost = flags & FAILSAFE != 0, flags & FRAME_LOST != 0
-        offset = self._offset + at
-        channels = unpack_channels(buf[at + 1 : at + 23])
         out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, failsafe, frame_lost)))
         counters = self.counters
         counters.frames += 1
@@ -101,8 +112,14 @@ class SbusDecoder(Decoder):
             counters.failsafe += 1
         if frame_lost:
             counters.frame_lost += 1
+        self._expected_at = offset + _LENGTH
+        self._last_channels = channels
         if footer:
             self._answer_at, self._answers_left = offset + _LENGTH, _ANSWERS
+
+    def _distance(self, channels: tuple[int, ...]) -> int:
+        """How far the sticks would have moved since the last frame: the sum over all channels, in raw counts."""
+        return sum(abs(raw - last) for raw, last in zip(channels, self._last_channels, strict=True))
 
 
 def _followed(buf: bytes, end: int, footer: int, closed: bool) -> bool | None:

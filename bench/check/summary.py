@@ -1,0 +1,104 @@
+"""What a run did, in numbers a person wants: distance, turn, frames on each wire, how far odometry was off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from bench.check.run import Run
+from bench.messages import TickOutput
+from bench.odometry import wrap
+
+X, Y, HEADING = 1, 2, 3  # places in a state row, after Bench.state_columns
+ODO = 7
+LINK = 10
+LINK_CHANGES_SHOWN = 8
+
+
+@dataclass(slots=True)
+class Summary:
+    """Follows a run tick by tick with `add`. Distances in m, angles in rad; path and turn are sums of sizes."""
+
+    ticks: int = 0
+    path_m: float = 0.0
+    turn_rad: float = 0.0
+    rc_bytes: int = 0
+    core_requests: int = 0
+    core_answers: int = 0
+    can_commands: int = 0
+    can_feedback: int = 0
+    top_current_a: float = 0.0
+    odometry_off_m: float = 0.0
+    odometry_off_rad: float = 0.0
+    end: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    link_changes: list[tuple[float, str]] = field(default_factory=list)
+    _last: tuple[float | int | str, ...] | None = None
+
+    def add(self, out: TickOutput) -> None:
+        """Take one tick."""
+        self.ticks += 1
+        self.rc_bytes += len(out.rc)
+        self.core_requests += bool(out.core_to_base)
+        self.core_answers += bool(out.base_to_core)
+        self.can_commands += len(out.can_commands)
+        self.can_feedback += len(out.can_feedback)
+        if out.state is not None:
+            self._add_state(out.state)
+
+    def _add_state(self, row: tuple[float | int | str, ...]) -> None:
+        x, y, heading, odo_x, odo_y, odo_heading = (float(row[i]) for i in (X, Y, HEADING, ODO, ODO + 1, ODO + 2))
+        last = self._last
+        if last is not None:
+            self.path_m += math.dist((x, y), (float(last[X]), float(last[Y])))
+            self.turn_rad += abs(wrap(heading - float(last[HEADING])))
+        self.top_current_a = max(self.top_current_a, *(abs(float(amps)) for amps in row[LINK + 5 :: 3]))
+        if last is None or row[LINK] != last[LINK]:
+            self.link_changes.append((float(row[0]), str(row[LINK])))
+        self.end = (x, y, heading)
+        self.odometry_off_m = math.dist((x, y), (odo_x, odo_y))
+        self.odometry_off_rad = abs(wrap(heading - odo_heading))
+        self._last = row
+
+    def facts(self) -> dict[str, object]:
+        """The numbers by name, for --json."""
+        return {
+            "seconds": self.ticks / 1000.0,
+            "path_m": round(self.path_m, 4),
+            "turn_rad": round(self.turn_rad, 4),
+            "end": [round(value, 4) for value in self.end],
+            "odometry_off_m": round(self.odometry_off_m, 6),
+            "odometry_off_rad": round(self.odometry_off_rad, 6),
+            "top_current_a": round(self.top_current_a, 3),
+            "frames": {
+                "rc_bytes": self.rc_bytes,
+                "can_commands": self.can_commands,
+                "can_feedback": self.can_feedback,
+                "core_requests": self.core_requests,
+                "core_answers": self.core_answers,
+            },
+            "link": [[at_s, state] for at_s, state in self.link_changes],
+        }
+
+    def lines(self, run: Run) -> list[str]:
+        """The same for people, a few lines."""
+        base_rc = getattr(run.bench.base, "link", None)
+        frames = (
+            f"{base_rc.frames} frames, {base_rc.noise_bytes} bytes of noise" if base_rc else f"{self.rc_bytes} bytes"
+        )
+        x, y, heading = self.end
+        lines = [
+            f"drove     {self.path_m:.2f} m and turned {math.degrees(self.turn_rad):.0f} deg in {self.ticks / 1000:.1f} s;"
+            f" stands at x {x:+.3f} m, y {y:+.3f} m, {math.degrees(heading):+.1f} deg",
+            f"odometry  off by {self.odometry_off_m * 1000:.2f} mm and {math.degrees(self.odometry_off_rad):.3f} deg"
+            " at the end",
+            f"rc        {frames}",
+            f"slamware  {self.core_requests} requests, {self.core_answers} answers",
+            f"can       {self.can_commands} commands, {self.can_feedback} feedback frames;"
+            f" at most {self.top_current_a:.2f} A in a motor",
+        ]
+        if self.link_changes:
+            lines.append(
+                "link      "
+                + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in self.link_changes[:LINK_CHANGES_SHOWN])
+            )
+        return lines

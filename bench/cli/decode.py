@@ -1,0 +1,147 @@
+"""`wheelbench decode PROTOCOL FILE`: any capture to decoded lines or JSON lines."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bench.messages import RcEvent
+
+OTHER_WIRES = ("slamware", "c610")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's own arguments."""
+    parser.add_argument(
+        "protocol", metavar="PROTOCOL", help="uart12, sbus, crsf, ibus, dbus; slamware; c610 (a CAN log)"
+    )
+    parser.add_argument(
+        "file", metavar="FILE", type=Path, help="raw bytes, with byte times in FILE's .json if there is one"
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON object a line")
+    parser.add_argument("--chunk", type=int, metavar="N", default=0, help="feed the decoder N bytes at a time")
+    parser.add_argument("--no-times", action="store_true", help="leave the byte times of the .json out of account")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Decode a file; exit status 0 if a frame came out, 1 if none did."""
+    from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
+
+    if args.chunk < 0:
+        raise UsageError(f"--chunk: expected 1 or more bytes, got {args.chunk}")
+    facts = _can(args.file) if args.protocol == "c610" else _serial(args)
+    frames = 0
+    for fact in facts:
+        frames += fact["event"] == "frame"
+        print(json.dumps(fact) if args.json else _line(fact))
+    if not frames:
+        print(f"wheelbench decode: no {args.protocol} frame in {args.file}", file=sys.stderr)
+    return EXIT_OK if frames else EXIT_FAILED
+
+
+def _serial(args: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    from bench import rc_decode
+    from bench.config import nearest
+    from bench.errors import UsageError
+    from bench.rc.capture import load_capture
+
+    known = [*rc_decode.PROTOCOLS, *OTHER_WIRES]
+    if args.protocol not in known:
+        raise UsageError(f"no protocol is called {args.protocol!r}{nearest(args.protocol, known)}")
+    capture = load_capture(args.file, use_times=not args.no_times)
+    pieces = _pieces(capture.data, capture.times_us, args.chunk or len(capture.data))
+    if args.protocol == "slamware":
+        return _slamware(data for data, _ in pieces)
+    return _rc(args.protocol, pieces)
+
+
+def _pieces(data: bytes, times_us: Any, size: int) -> Iterator[tuple[bytes, Any]]:
+    for start in range(0, len(data), size):
+        yield data[start : start + size], times_us[start : start + size] if times_us is not None else None
+
+
+def _rc(protocol: str, pieces: Iterable[tuple[bytes, Any]]) -> Iterator[dict[str, Any]]:
+    from bench import rc_decode
+
+    decoder = rc_decode.decoder(protocol)
+    for data, times_us in pieces:
+        for event in decoder.feed(data, times_us):
+            yield _rc_fact(protocol, event)
+    for event in decoder.finish():
+        yield _rc_fact(protocol, event)
+
+
+def _rc_fact(protocol: str, event: RcEvent) -> dict[str, Any]:
+    """One event as plain values: `channels` are raw wire values, `offset` counts bytes from the start of the file."""
+    from bench.messages import RcFrame, RcLinkStatistics, RcNoise
+
+    fact: dict[str, Any] = {"event": "other", "protocol": protocol, "offset": event.offset, "length": event.length}
+    if isinstance(event, RcFrame):
+        flags = {"failsafe": event.failsafe, "frame_lost": event.frame_lost}
+        return fact | {"event": "frame", "channels": list(event.channels), "flags": flags}
+    if isinstance(event, RcNoise):
+        return fact | {"event": "noise", "reason": event.reason}
+    if isinstance(event, RcLinkStatistics):
+        rest = {key: value for key, value in event._asdict().items() if key not in fact}
+        return fact | {"event": "link"} | rest
+    return fact | {"kind": event.kind}
+
+
+def _slamware(pieces: Iterable[bytes]) -> Iterator[dict[str, Any]]:
+    from bench.slamware.describe import describe
+    from bench.slamware.framing import FrameDecoder
+
+    decoder = FrameDecoder()
+    for data in pieces:
+        for event in decoder.feed(data):
+            yield describe(event)
+    for event in decoder.finish():
+        yield describe(event)
+
+
+def _can(path: Path) -> Iterator[dict[str, Any]]:
+    """The frames of a CAN log in any format that python-can reads (candump .log, .asc, .blf, .trc ...)."""
+    import can
+
+    from bench import m2006
+    from bench.errors import UsageError
+
+    if not path.is_file():
+        raise UsageError(f"{path}: is no file; give a CAN log such as candump's")
+    try:
+        # The reader says of each kind of damage something else; to the user they are one fault: not such a log.
+        with can.LogReader(path) as messages:
+            for message in messages:
+                decoded = m2006.describe(message.arbitration_id, bytes(message.data))
+                yield {
+                    "event": "frame" if decoded else "other",
+                    "protocol": "c610",
+                    "at_us": round(message.timestamp * 1e6),
+                    "can_id": message.arbitration_id,
+                    "data": bytes(message.data).hex(),
+                    "decoded": decoded,
+                }
+    except (ValueError, IndexError, OSError, EOFError) as error:
+        raise UsageError(f"{path}: is no CAN log that can be read ({error}); candump's .log is one") from None
+
+
+def _line(fact: dict[str, Any]) -> str:
+    """The same for people."""
+    if "can_id" in fact:
+        fields = "  ".join(f"{key} {value}" for key, value in fact["decoded"].items())
+        return f"{fact['at_us'] / 1e6:12.6f}  0x{fact['can_id']:03X}  {fields or fact['data']}"
+    where = f"{fact['offset']:8} +{fact['length']:<4}"
+    if fact["event"] == "noise":
+        return f"{where} noise     {fact['reason']}"
+    if "channels" in fact:
+        flags = " ".join(name for name, is_set in fact["flags"].items() if is_set)
+        return f"{where} channels  {' '.join(f'{raw:4}' for raw in fact['channels'])}  {flags}".rstrip()
+    rest = {key: value for key, value in fact.items() if key not in ("event", "protocol", "offset", "length")}
+    if "decoded" in rest:
+        rest |= rest.pop("decoded")
+    return f"{where} {fact['event']:9} " + "  ".join(f"{key} {value}" for key, value in rest.items())

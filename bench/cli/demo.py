@@ -1,0 +1,60 @@
+"""`wheelbench demo`: the bench in one go. In a terminal the dashboard plays it; without one it runs headless."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's own arguments."""
+    parser.add_argument("--headless", action="store_true", help="no dashboard, even in a terminal")
+    parser.add_argument("--record", metavar="DIR", type=Path, help="keep the recording")
+    parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
+    parser.add_argument("--update-pinned", action="store_true", help="make this run the golden (refused in CI)")
+    parser.add_argument("--json", action="store_true", help="the summary as one JSON object")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the demo and check it against its golden."""
+    headless = args.headless or args.json or args.update_pinned
+    if not headless and sys.stdin.isatty() and sys.stdout.isatty():
+        from bench.check.run import from_scenario
+        from bench.demo import SCENARIO
+        from bench.tui import show
+
+        job = from_scenario(SCENARIO)
+        return show(job, recorder=job.recorder(args.record, overwrite=args.overwrite) if args.record else None)
+    return _headless(args)
+
+
+def _headless(args: argparse.Namespace) -> int:
+    from bench.check.golden import pin, verdict
+    from bench.check.reading import Recording
+    from bench.check.run import from_scenario
+    from bench.cli.headless import execute
+    from bench.demo import SCENARIO, golden_directory
+    from bench.errors import EXIT_FAILED, EXIT_OK
+
+    job = from_scenario(SCENARIO)
+    with tempfile.TemporaryDirectory(prefix="wheelbench-") as scratch:
+        directory = args.record or Path(scratch) / "demo"
+        summary, speed = execute(job, job.recorder(directory, overwrite=args.overwrite), quiet=args.json)
+        if args.update_pinned:
+            changed = pin(directory, golden_directory())
+            print("\n".join(changed.lines) if changed else f"pinned for the first time: {golden_directory()}")
+            return EXIT_OK
+        comparison = verdict(Recording.open(directory), golden_directory())
+    if args.json:
+        print(json.dumps(summary.facts() | {"speed_factor": round(speed, 2), "golden": comparison.as_dict()}))
+    else:
+        print("wheelbench demo: RC bytes in, the robot moves, every frame recorded and checked")
+        print("\n".join(summary.lines(job)))
+        print(f"speed     {speed:.1f} times real time, recording on")
+        if args.record:
+            print(f"recorded  {args.record}")
+        print("golden    " + "\n          ".join(comparison.lines))
+    return EXIT_OK if comparison.ok else EXIT_FAILED

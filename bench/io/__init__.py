@@ -1,0 +1,1 @@
+"""What touches the world outside: the clock, and how a screen follows a bench. Ports and adapters belong here too."""

@@ -1,0 +1,282 @@
+"""The robot that is not there: motors, wheels on a floor, and a disc in a walled field. pymunk lives only here.
+
+What enters: the current that each speed controller was told to drive, once a millisecond. What leaves: pose, twist,
+wheel angles and speeds, and the currents that really flow. CAN frames, rotor counts and filters are the ESC's business.
+
+A motor's current follows its command with a first-order lag, within the maximum current and within what the supply
+leaves above the back-EMF. The wheels have inertia of their own, so what a motor feels of its neighbours (reflected
+inertia off the diagonal included), a spinning wheel and a stalled one all come out of the same equations. `contact`
+solves the floor; the engine moves the body and keeps it off the walls.
+
+One step: motors, floor, force and torque set once, engine, state read once. The engine moves the body first and changes
+its velocity afterwards, so the velocity of this step is travelled in the next one. Hence two rules. Wheels turn by
+their old speed too, and the floor is solved at the heading that the body will have half way through that next move:
+what the wheels count is then what the body travels, in a bend as well.
+
+Frame: field x, y in metres, heading counter-clockwise; the body's centre of gravity is the origin of its wheels. A wall
+pushes at the height of the centre of gravity: it moves no load between the wheels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pymunk
+
+from bench.config import Robot, Wheel
+from bench.contact import Contact
+from bench.kinematics import Row
+from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
+
+GRAVITY_MPS2 = 9.81
+STEP_S = TICK_US / 1e6
+WALL_THICKNESS_M = 0.2
+"""Far more than a step at any speed of a robot, so that nothing tunnels."""
+COLLISION_SLOP_M = 1e-4
+"""Overlap that the engine leaves alone. Its own default of 0.1 is meant for pixels."""
+COLLISION_BIAS = (1.0 - 0.3) ** 60
+"""Share of an overlap left after a second: an impact at 5 m/s ends 5 mm deep and is back in 0.1 s."""
+DUST = 1e-12
+"""What rounding leaves of a velocity (m/s, rad/s) that a force stops; a standing robot's is set to exactly zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arena:
+    """A closed field, centred on the origin: inner length along x, inner width along y, and what its walls are like."""
+
+    length_m: float = 6.0
+    width_m: float = 4.0
+    friction: float = 0.3
+    restitution: float = 0.0
+
+
+FIELD = Arena()
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
+
+class Plant:
+    """One robot on its wheels in a field (`arena=None`: open floor), rolling with `twist` at the start.
+
+    Wheel values stand in the robot file's wheel order, in the wheel's positive sense. Every list that an attribute
+    gives is a new one each step and never changes afterwards. Raises ValueError where the robot would fall over at
+    rest or does not fit between the walls.
+    """
+
+    __slots__ = (
+        "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_lift_above", "_load_rows", "_mass",
+        "_omega", "_space", "_supply", "_torques", "_velocity", "_wheel_inertia", "_yaw_inertia",
+        "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
+    )  # fmt: skip
+
+    def __init__(
+        self, robot: Robot, arena: Arena | None = FIELD, pose: Pose = ORIGIN, twist: BodyTwist = ZERO_TWIST
+    ) -> None:
+        motor, body = robot.motor, robot.body
+        # The torque constant without friction; while driving, load friction leaves torque_nm_per_a of it.
+        torque = motor.torque_nm_per_a / (1.0 - motor.load_friction)
+        self._torques = STEP_S * torque, STEP_S * motor.coulomb_nm, STEP_S * motor.load_friction * torque
+        self._supply = motor.supply_v, motor.back_emf_vs, motor.resistance_ohm
+        decay = math.exp(-1e3 * STEP_S / motor.current_lag_ms) if motor.current_lag_ms > 0.0 else 0.0
+        # Below this wheel speed the supply can drive any current that the controller may ask for.
+        free = max(0.0, (motor.supply_v - motor.resistance_ohm * motor.max_current_a) / motor.back_emf_vs)
+        self._current_limits = motor.max_current_a, -motor.max_current_a, decay, free
+        self._mass, self._yaw_inertia, self._wheel_inertia = body.mass_kg, body.inertia_kgm2, motor.inertia_kgm2
+        damped = motor.inertia_kgm2 + STEP_S * motor.viscous_nms
+        self._contact = Contact(robot.wheels, robot.ground, body.mass_kg, body.inertia_kgm2, damped, twist)
+        self._load_rows = _load_rows(robot.wheels, body.mass_kg, body.cog_height_m)
+        # No wheel lifts below this square of the acceleration, whatever its direction.
+        self._lift_above = min(rest * rest / (px * px + py * py) for rest, px, py in self._load_rows)
+        self._acceleration = 0.0, 0.0
+
+        self.currents_a = [0.0] * len(robot.wheels)
+        """What flows, after lag and limits."""
+        self.wheel_speeds_radps = self._contact.speeds_radps
+        self.wheel_angles_rad = [0.0] * len(robot.wheels)
+        """Turned since the start, not wrapped."""
+        self.wheel_lift = False
+        """A wheel would have left the floor: load moves only as far as to tipping, and the motion is a guess."""
+
+        self._space = pymunk.Space()
+        self._space.gravity = (0.0, 0.0)
+        self._space.damping = 1.0
+        self._space.collision_slop = COLLISION_SLOP_M
+        self._space.collision_bias = COLLISION_BIAS
+        self._body = pymunk.Body(body.mass_kg, body.inertia_kgm2)
+        cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
+        self._body.position = (pose.x_m, pose.y_m)
+        self._body.angle = pose.heading_rad
+        self._body.velocity = (cos * twist.vx_mps - sin * twist.vy_mps, sin * twist.vx_mps + cos * twist.vy_mps)
+        self._body.angular_velocity = twist.omega_radps
+        disc = pymunk.Circle(self._body, body.radius_m)
+        disc.friction = disc.elasticity = 1.0  # the engine multiplies both with the wall's
+        self._space.add(self._body, disc)
+        if arena is not None:
+            self._build_walls(arena, body.radius_m, pose)
+        self._axes = (cos, sin)
+        self._angle = self._body.angle
+        self._velocity = self._body.velocity
+        self._omega = self._body.angular_velocity
+
+    def step(self, currents_a: Sequence[float]) -> None:
+        """Advance 1 ms with these commanded currents, A. A current that is not a number counts as 0 A."""
+        if len(currents_a) != len(self.currents_a):
+            raise ValueError(f"{len(currents_a)} currents for {len(self.currents_a)} wheels")
+        omega = self._omega
+        heading = self._angle + 1.5 * STEP_S * omega
+        self._axes = cos, sin = math.cos(heading), math.sin(heading)
+        vx_field, vy_field = self._velocity
+        vx = cos * vx_field + sin * vy_field
+        vy = cos * vy_field - sin * vx_field
+
+        ax, ay = self._acceleration
+        self.wheel_lift = False
+        if ax * ax + ay * ay > self._lift_above:
+            ax, ay = self._at_tipping(ax, ay)
+        kick, coulomb, load_friction = self._torques
+        most, least, decay, free = self._current_limits
+        inertia = self._wheel_inertia
+        currents = []
+        angles = []
+        wheels = []
+        # zip(strict=True) would add a twentieth to the whole step; the lengths are checked above.
+        for asked, current, speed, angle, (rest, per_ax, per_ay) in zip(  # noqa: B905
+            currents_a, self.currents_a, self.wheel_speeds_radps, self.wheel_angles_rad, self._load_rows
+        ):
+            if not least <= asked <= most:
+                asked = most if asked > most else least if asked < least else 0.0
+            current = asked + (current - asked) * decay
+            if not -free <= speed <= free:
+                current = self._within_supply(current, speed)
+            dry = coulomb + load_friction * abs(current) if load_friction else coulomb
+            currents.append(current)
+            angles.append(angle + STEP_S * speed)
+            wheels.append((inertia * speed + kick * current, dry, STEP_S * (rest + per_ax * ax + per_ay * ay)))
+        self.currents_a = currents
+        self.wheel_angles_rad = angles
+
+        contact = self._contact
+        new_vx, new_vy, new_omega = contact.solve(vx, vy, omega, wheels)
+        self.wheel_speeds_radps = contact.speeds_radps
+        self._acceleration = ax, ay = (new_vx - vx) / STEP_S, (new_vy - vy) / STEP_S
+        body = self._body
+        mass = self._mass
+        body.force = mass * (cos * ax - sin * ay), mass * (sin * ax + cos * ay)
+        body.torque = self._yaw_inertia * (new_omega - omega) / STEP_S
+        self._space.step(STEP_S)
+        self._angle = body.angle
+        self._velocity = body.velocity
+        self._omega = body.angular_velocity
+        if contact.standing:
+            self._sweep_dust()
+
+    @property
+    def pose(self) -> Pose:
+        """Where the body is, in the field."""
+        x, y = self._body.position  # not read every step: the step has no use for it
+        heading = math.remainder(self._angle, math.tau)
+        return Pose(x, y, heading if heading > -math.pi else math.pi)
+
+    @property
+    def twist(self) -> BodyTwist:
+        """How the body moves, in its own frame."""
+        cos, sin = math.cos(self._angle), math.sin(self._angle)
+        vx, vy = self._velocity
+        return BodyTwist(cos * vx + sin * vy, cos * vy - sin * vx, self._omega)
+
+    @property
+    def slip_mps(self) -> list[float]:
+        """How fast each contact slides along its roller axis: body over floor minus what the wheel rolls."""
+        cos, sin = self._axes
+        vx, vy = self._velocity
+        return self._contact.slips_mps(cos * vx + sin * vy, cos * vy - sin * vx, self._omega)
+
+    @property
+    def contact_forces_n(self) -> list[tuple[float, float]]:
+        """What the floor did to the body in the last step: for each wheel (along the roller axis, across it)."""
+        return [(along / STEP_S, across / STEP_S) for along, across in self._contact.impulses_ns]
+
+    @property
+    def wheel_loads_n(self) -> list[float]:
+        """Weight on each wheel, load transfer of the last step's acceleration included."""
+        ax, ay = self._acceleration
+        part = _tipping_part(self._load_rows, ax, ay)
+        return [rest + part * (per_ax * ax + per_ay * ay) for rest, per_ax, per_ay in self._load_rows]
+
+    def _at_tipping(self, ax: float, ay: float) -> tuple[float, float]:
+        part = _tipping_part(self._load_rows, ax, ay)
+        self.wheel_lift = part < 1.0
+        return part * ax, part * ay
+
+    def _within_supply(self, current: float, speed: float) -> float:
+        """What the supply can drive against the back-EMF of a wheel at this speed."""
+        supply, back_emf, resistance = self._supply
+        return max((-supply - back_emf * speed) / resistance, min(current, (supply - back_emf * speed) / resistance))
+
+    def _sweep_dust(self) -> None:
+        # Only dust: whatever a wall or another body gave it in the step is larger, and stays.
+        vx, vy = self._velocity
+        omega = self._omega
+        if (vx or vy or omega) and abs(vx) < DUST and abs(vy) < DUST and abs(omega) < DUST:
+            self._body.velocity = 0.0, 0.0
+            self._body.angular_velocity = 0.0
+            self._velocity, self._omega = self._body.velocity, 0.0
+
+    def _build_walls(self, arena: Arena, radius_m: float, pose: Pose) -> None:
+        half_x, half_y = arena.length_m / 2.0, arena.width_m / 2.0
+        if not (abs(pose.x_m) + radius_m <= half_x and abs(pose.y_m) + radius_m <= half_y):
+            raise ValueError(
+                f"a robot of radius {radius_m} m at ({pose.x_m}, {pose.y_m}) m is not inside a field of "
+                f"{arena.length_m} m x {arena.width_m} m centred on (0, 0)"
+            )
+        thick = WALL_THICKNESS_M / 2.0
+        far_x, far_y = half_x + thick, half_y + thick  # a wall's inner face is where the field ends
+        corners = ((-far_x, -far_y), (far_x, -far_y), (far_x, far_y), (-far_x, far_y))
+        for start, end in zip(corners, (*corners[1:], corners[0]), strict=True):
+            wall = pymunk.Segment(self._space.static_body, start, end, thick)
+            wall.friction, wall.elasticity = arena.friction, arena.restitution
+            self._space.add(wall)
+
+
+def _load_rows(wheels: Sequence[Wheel], mass_kg: float, height_m: float) -> list[Row]:
+    """For each wheel (N at rest, N for each m/s^2 forward, N for each m/s^2 to the left).
+
+    Sum N = m g, sum N x = -m h ax, sum N y = -m h ay: one solution for three wheels, the one of least squares for more.
+    """
+    rows = [(1.0, wheel.x_m, wheel.y_m) for wheel in wheels]
+    gram = [[0.0] * 3 for _ in range(3)]
+    for row in rows:
+        for i in range(3):
+            for j in range(3):
+                gram[i][j] += row[i] * row[j]
+    adjugate = (_cross(gram[1], gram[2]), _cross(gram[2], gram[0]), _cross(gram[0], gram[1]))
+    determinant = gram[0][0] * adjugate[0][0] + gram[0][1] * adjugate[0][1] + gram[0][2] * adjugate[0][2]
+    if determinant <= 1e-9 * gram[0][0] * gram[1][1] * gram[2][2]:
+        raise ValueError("the wheels stand in one line: the robot would fall over")
+    tip = -mass_kg * height_m
+    loads = []
+    for wheel, row in zip(wheels, rows, strict=True):
+        share = [(row[0] * a[0] + row[1] * a[1] + row[2] * a[2]) / determinant for a in adjugate]
+        rest = mass_kg * GRAVITY_MPS2 * share[0]
+        if rest < 0.0:
+            raise ValueError(
+                f"wheel {wheel.name!r} would carry {rest:.3g} N at rest: the centre of gravity, at (0, 0), "
+                "is not between the wheels and the robot would fall over"
+            )
+        loads.append((rest, tip * share[1], tip * share[2]))
+    return loads
+
+
+def _tipping_part(rows: Sequence[Row], ax: float, ay: float) -> float:
+    """The part of the load transfer, 0 to 1, that leaves no wheel below zero; the loads still add up to the weight."""
+    part = 1.0
+    for rest, per_ax, per_ay in rows:
+        load = rest + per_ax * ax + per_ay * ay
+        if load < 0.0:
+            part = min(part, rest / (rest - load))
+    return part
+
+
+def _cross(a: Sequence[float], b: Sequence[float]) -> Row:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

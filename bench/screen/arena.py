@@ -1,0 +1,109 @@
+"""The field from above: walls, robot with its heading, its trail, and where its odometry believes it is."""
+
+from __future__ import annotations
+
+import math
+
+from bench.screen.canvas import Canvas
+from bench.screen.scene import Scene
+from bench.screen.text import GHOST, GRID, LABEL, PLAIN, ROBOT, TRAIL, Line, fit
+
+ZOOM_WIDTH_M = 1.5
+GRID_M, ZOOM_GRID_M = 1.0, 0.25
+TRUE_SIZE_FROM_DOTS = 3.0
+"""A robot with a radius of fewer dots is drawn as an arrow: a ring that small shows no heading."""
+NOSE_DOTS = 6.0
+ARROWS = "→↗↑↖←↙↓↘"
+
+
+def arena(scene: Scene, width: int, height: int) -> list[Line]:
+    """The field in a frame. Whole, the frame is the wall; zoomed, the robot stays in the middle and walls are drawn."""
+    columns, rows = width - 2, height - 2
+    length_m, width_m = scene.field_m
+    canvas = Canvas(columns, rows)
+    if scene.zoom:
+        scale = canvas.width / ZOOM_WIDTH_M
+        centre = (scene.snapshot.pose.x_m, scene.snapshot.pose.y_m)
+        caption, grid_m = f" {ZOOM_WIDTH_M:g} m around the robot ", ZOOM_GRID_M
+    else:
+        scale = min(canvas.width / length_m, canvas.height / width_m)
+        centre = (0.0, 0.0)
+        caption, grid_m = f" field {length_m:g} × {width_m:g} m ", GRID_M
+    _draw(_View(canvas, centre, scale), scene, grid_m)
+    legend = " ↑ robot  + odometry " if width >= 25 else ""
+    return [
+        _edge("┌", caption, "┐", width),
+        *([("│", LABEL), *line, ("│", LABEL)] for line in canvas.lines()),
+        _edge("└", legend, "┘", width),
+    ]
+
+
+class _View:
+    """Metres of the field -> dots of the canvas: x to the right, y up."""
+
+    def __init__(self, canvas: Canvas, centre_m: tuple[float, float], scale: float) -> None:
+        self.canvas = canvas
+        self.scale = scale
+        self._u = canvas.width / 2 - centre_m[0] * scale
+        self._v = canvas.height / 2 + centre_m[1] * scale
+
+    def at(self, x_m: float, y_m: float) -> tuple[float, float]:
+        # A robot against the far wall stands on the last dot, not outside of the picture.
+        return self._u + x_m * self.scale - 1e-6, self._v - y_m * self.scale - 1e-6
+
+
+def _draw(view: _View, scene: Scene, grid_m: float) -> None:
+    canvas, snapshot = view.canvas, scene.snapshot
+    half_length, half_width = scene.field_m[0] / 2, scene.field_m[1] / 2
+    for i in range(-int(half_length / grid_m), int(half_length / grid_m) + 1):
+        for k in range(-int(half_width / grid_m), int(half_width / grid_m) + 1):
+            canvas.dot(*view.at(i * grid_m, k * grid_m), GRID)
+    if scene.zoom:
+        _walls(view, half_length, half_width)
+    for x_m, y_m in scene.trail:
+        canvas.dot(*view.at(x_m, y_m), TRAIL)
+    canvas.sign(*view.at(snapshot.odometry.x_m, snapshot.odometry.y_m), "+", GHOST)
+    _robot(view, scene)
+
+
+def _walls(view: _View, half_length: float, half_width: float) -> None:
+    left, top = view.at(-half_length, half_width)
+    right, bottom = view.at(half_length, -half_width)
+    canvas = view.canvas
+    # Cut to the picture first: a line of which most lies outside would cost its whole length.
+    u0, u1 = max(left, 0.0), min(right, canvas.width - 1.0)
+    v0, v1 = max(top, 0.0), min(bottom, canvas.height - 1.0)
+    for v in (top, bottom):
+        canvas.line(u0, v, u1, v, LABEL)
+    for u in (left, right):
+        canvas.line(u, v0, u, v1, LABEL)
+
+
+def _robot(view: _View, scene: Scene) -> None:
+    pose = scene.snapshot.pose
+    canvas = view.canvas
+    u, v = view.at(pose.x_m, pose.y_m)
+    c, s = math.cos(pose.heading_rad), -math.sin(pose.heading_rad)  # dots count downwards
+    radius = scene.robot.body.radius_m * view.scale
+    if radius < TRUE_SIZE_FROM_DOTS:
+        canvas.line(u, v, u + NOSE_DOTS * c, v + NOSE_DOTS * s, ROBOT)
+        canvas.sign(u, v, ARROWS[round(pose.heading_rad / (math.pi / 4)) % 8], ROBOT)
+        return
+    points = max(12, int(radius * 6))
+    for i in range(points):
+        angle = 2 * math.pi * i / points
+        canvas.dot(u + radius * math.cos(angle), v + radius * math.sin(angle), ROBOT)
+    canvas.line(u, v, u + radius * c, v + radius * s, ROBOT)
+    for wheel in scene.robot.wheels:
+        wx, wy = (wheel.x_m * view.scale, -wheel.y_m * view.scale)
+        at_u, at_v = u + c * wx - s * wy, v + s * wx + c * wy
+        heading = wheel.heading_rad + pose.heading_rad
+        reach = wheel.radius_m * view.scale
+        du, dv = reach * math.cos(heading), -reach * math.sin(heading)
+        canvas.line(at_u - du, at_v - dv, at_u + du, at_v + dv, ROBOT)
+
+
+def _edge(left: str, caption: str, right: str, width: int) -> Line:
+    inner = width - 2
+    text = caption if len(caption) <= inner else ""
+    return fit([(left, LABEL), (text, PLAIN), ("─" * (inner - len(text)) + right, LABEL)], width)

@@ -1,0 +1,87 @@
+"""Lines made of words with a role, numbers that keep their width, and bars. A role is a meaning, not a colour.
+
+Every meaning stands in the words or signs too, so that a picture without colour says the same.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+PLAIN, LABEL, TITLE, KEY = "plain", "label", "title", "key"
+GOOD, WARN, BAD = "good", "warn", "bad"
+GOOD_BADGE, WARN_BADGE, BAD_BADGE = "good badge", "warn badge", "bad badge"
+ROBOT, GHOST, TRAIL, GRID = "robot", "ghost", "trail", "grid"
+ROLES = (
+    PLAIN, LABEL, TITLE, KEY, GOOD, WARN, BAD, GOOD_BADGE, WARN_BADGE, BAD_BADGE, ROBOT, GHOST, TRAIL, GRID,
+)  # fmt: skip
+
+Span: TypeAlias = tuple[str, str]
+"""Text and its role. Only characters that are one cell wide."""
+Line: TypeAlias = list[Span]
+
+BLOCKS = " ▏▎▍▌▋▊▉█"
+ELLIPSIS = "…"
+
+
+def plain(line: Line) -> str:
+    """The words alone."""
+    return "".join(text for text, _ in line)
+
+
+def width_of(line: Line) -> int:
+    """How many cells the line takes."""
+    return sum(len(text) for text, _ in line)
+
+
+def fit(line: Line, width: int, fill: str = PLAIN) -> Line:
+    """Exactly so wide: padded with blanks, or cut with an ellipsis."""
+    have = width_of(line)
+    if have <= width:
+        return [*line, (" " * (width - have), fill)] if have < width else line
+    out: Line = []
+    room = width - 1
+    for text, role in line:
+        if len(text) >= room:
+            return [*out, (text[: max(0, room)] + ELLIPSIS * min(1, width), role)]
+        out.append((text, role))
+        room -= len(text)
+    return out
+
+
+def both_ends(left: Line, right: Line, width: int, fill: str = PLAIN) -> Line:
+    """Left and right with blanks between; where there is no room for both, the left is cut."""
+    right_width = width_of(right)
+    if right_width >= width:
+        return fit(right, width, fill)
+    return fit(left, width - right_width, fill) + right
+
+
+def signed(value: float, width: int, decimals: int) -> str:
+    """A number with its sign, right-aligned; what rounds to zero has a plus; what does not fit is cut to `>`."""
+    text = f"{value:+.{decimals}f}"
+    if float(text) == 0.0:
+        text = "+" + text[1:]
+    return text.rjust(width) if len(text) <= width else (text[0] + ">" * (width - 1))
+
+
+def swing_bar(value: float, wanted: float, limit: float, width: int) -> str:
+    """A bar from the middle to either side, with a mark where it should be: `·····│███▍··◆·`. Odd widths are even."""
+    half = max(1, (width - 1) // 2)
+    cells = ["·"] * (2 * half + 1)
+    cells[half] = "│"
+    length = round(min(1.0, abs(value) / limit) * half)
+    step = 1 if value >= 0 else -1
+    for i in range(1, length + 1):
+        cells[half + i * step] = "█"
+    place = half + round(max(-1.0, min(1.0, wanted / limit)) * half)
+    if place != half:
+        cells[place] = "◆"
+    return "".join(cells)
+
+
+def fill_bar(share: float, width: int) -> str:
+    """A bar from the left, in eighths of a cell, on dots."""
+    eighths = round(max(0.0, min(1.0, share)) * width * 8)
+    full, part = divmod(eighths, 8)
+    bar = "█" * full + (BLOCKS[part] if part else "")
+    return bar + "·" * (width - len(bar))

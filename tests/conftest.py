@@ -1,0 +1,20 @@
+"""What every test shares: one Hypothesis profile, and where the recordings of other projects lie."""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+# No deadline: a busy machine is no bug. Derandomised, so that a red run is red again.
+settings.register_profile("bench", deadline=None, derandomize=True)
+settings.load_profile("bench")
+
+
+@pytest.fixture(scope="session")
+def captures() -> Path:
+    """The folder that WHEELBENCH_CAPTURES names; recordings made by other projects are not part of this repository."""
+    folder = os.environ.get("WHEELBENCH_CAPTURES")
+    if not folder:
+        pytest.skip("WHEELBENCH_CAPTURES is not set: recordings of other projects are not part of this repository")
+    return Path(folder)
