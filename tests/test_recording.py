@@ -94,7 +94,7 @@ def test_numbers_and_words_of_a_state_row(tmp_path):
         "0.000000,0.000000,nan,no rc,1",
         "0.001000,-12345.678900,-inf,lost,-3",
     ]
-    assert run.state[1] == (0.001, -12345.6789, float("-inf"), "lost", -3)
+    assert run.state[1] == (0.001, -12345.6789, "-inf", "lost", -3)
 
 
 @pytest.mark.parametrize("word", ["a,b", 'say "no"', "two\nlines"])

@@ -46,7 +46,7 @@ def pin(run_dir: Path | str, golden_dir: Path | str) -> Comparison | None:
         raise RecordingError(f"{run_dir}: the run was cut short; pin one that came to its end")
     for _ in as_outputs(run):  # what cannot be read is refused here, not at the first check
         pass
-    contents = {name: run.content(name) for name in FILES if (run.directory / name).exists()}
+    files = {name: read_bytes(run.directory / name) for name in FILES if (run.directory / name).exists()}
     held = make_directory(golden_dir)
     foreign = [name for name in held if name not in (*FILES, GOLDEN_TOML)]
     if foreign or (held and GOLDEN_TOML not in held and not golden_dir.samefile(run_dir)):
@@ -54,10 +54,10 @@ def pin(run_dir: Path | str, golden_dir: Path | str) -> Comparison | None:
         raise RecordingError(f"{golden_dir}: holds {what}; give a directory of its own")
     replaced = _against_old(run, golden_dir) if GOLDEN_TOML in held else None
     remove_recording(golden_dir)
-    for name, content in contents.items():
+    for name, content in files.items():
         write_file(golden_dir / name, content)
     facts = toml_lines({"schema": SCHEMA, "wheelbench": __version__, **_here()})
-    hashes = "".join(f'"{name}" = "{_sha256(content)}"\n' for name, content in contents.items())
+    hashes = "".join(f'"{name}" = "{_sha256(run.content(name))}"\n' for name in files)
     write_file(golden_dir / GOLDEN_TOML, f"{facts}\n[sha256]\n{hashes}".encode())
     return replaced
 
