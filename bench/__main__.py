@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
     from bench.errors import EXIT_ENVIRONMENT, BenchError
 
     try:
-        return int(args.run(args))
+        return int(args.run_verb(args))
     except BenchError as error:
         print(f"wheelbench {args.verb}: {error}", file=sys.stderr)
         return error.exit_status
@@ -69,7 +69,7 @@ def _parser(verb: str) -> argparse.ArgumentParser:
         if name == verb:
             module = importlib.import_module(f"bench.cli.{name}")
             module.add_arguments(sub)
-            sub.set_defaults(run=module.run)
+            sub.set_defaults(run_verb=module.run)
     return parser
 
 

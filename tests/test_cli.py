@@ -1,0 +1,356 @@
+"""The command line as a person meets it: words, exit statuses, and one sentence where something is wrong."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import can
+import pytest
+
+from bench.__main__ import VERBS, main
+
+ROOT = Path(__file__).parents[1]
+DEMO = ROOT / "bench" / "demo" / "demo.toml"
+DRIVE = ROOT / "bench" / "demo" / "drive.bin"
+
+
+@pytest.fixture
+def call(capsys):
+    """Run the command in this process: (exit status, stdout, stderr)."""
+
+    def run(*arguments):
+        try:
+            status = main([str(argument) for argument in arguments])
+        except SystemExit as ended:
+            status = ended.code
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return status, out, err
+
+    return run
+
+
+def short_scenario(tmp_path, text="", seconds=0.3):
+    path = tmp_path / "short.toml"
+    path.write_text(f'schema = 1\nname = "short"\nseconds = {seconds}\n{text}')
+    return path
+
+
+def test_help_names_every_verb(call):
+    status, out, _ = call("--help")
+    assert status == 0
+    assert all(f"    {verb} " in out for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_help(call, verb):
+    status, out, _ = call(verb, "--help")
+    assert status == 0
+    assert out.startswith(f"usage: wheelbench {verb}")
+
+
+def test_help_imports_nothing_heavy():
+    code = "import sys, bench.__main__ as m\ntry: m.main(['--help'])\nexcept SystemExit: pass\n"
+    code += "print([n for n in ('textual', 'can', 'pymunk', 'serial', 'numpy', 'pytest', 'dataclasses') if n in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_no_verb_is_a_usage_error(call):
+    assert call()[0] == 2
+    assert call("drvie")[0] == 2
+
+
+def test_robots(call):
+    status, out, _ = call("robots", "--json")
+    assert status == 0
+    robots = [json.loads(line) for line in out.splitlines()]
+    assert [(robot["name"], robot["wheels"], robot["rc"]) for robot in robots] == [("m2006", 3, "uart12")]
+    assert "m2006" in call("robots")[1]
+
+
+def test_kin_both_ways(call):
+    facts = json.loads(call("kin", "m2006", "--twist", "1,0,0", "--json")[1])
+    assert facts["wheels_radps"] == pytest.approx([35.77503, 0, -35.77503], abs=1e-5)
+    facts = json.loads(call("kin", "m2006", "--wheels", "-2.25926,-2.25926,-2.25926", "--json")[1])
+    assert facts["twist"] == pytest.approx([0, 0, -1], abs=1e-5)
+    assert facts["slip"] == pytest.approx([0, 0, 0], abs=1e-9)
+    assert "1.7511" in call("kin", "m2006")[1]
+
+
+@pytest.mark.parametrize("value", ["1,2", "a,b,c", "nan,0,0", ""])
+def test_kin_refuses_what_is_no_twist(call, value):
+    status, _, err = call("kin", "m2006", f"--twist={value}")
+    assert (status, "--twist: expected 3 numbers" in err) == (2, True)
+
+
+def test_decode_a_capture(call):
+    status, out, _ = call("decode", "uart12", DRIVE, "--json")
+    events = [json.loads(line) for line in out.splitlines()]
+    assert status == 0
+    assert len(events) == 2580
+    assert events[0]["event"] == "frame"
+    assert (events[0]["protocol"], events[0]["offset"], events[0]["length"]) == ("uart12", 0, 12)
+    assert events[0]["flags"] == {"failsafe": False, "frame_lost": False}
+    assert len(events[0]["channels"]) == 6
+    assert call("decode", "uart12", DRIVE, "--json", "--chunk", "7", "--no-times")[1] == out
+
+
+def test_decode_people_can_read(call, tmp_path):
+    stream = tmp_path / "junk.bin"
+    stream.write_bytes(b"\x01\x02\x03" + bytes.fromhex("AA08000800040C0C00010055"))
+    status, out, _ = call("decode", "uart12", stream)
+    assert status == 0
+    assert out.splitlines() == [
+        "       0 +3    noise     header",
+        "       3 +12   channels  2048 2048 1036 3072    1    0",
+    ]
+
+
+def test_decode_a_can_log(call, tmp_path):
+    log = tmp_path / "can.log"
+    log.write_text("(0.001000) can0 200#02580258FDA80000\n(0.001000) can0 202#10E1300C03520000\n")
+    status, out, _ = call("decode", "c610", log, "--json")
+    first, second = (json.loads(line) for line in out.splitlines())
+    assert status == 0
+    assert (first["can_id"], first["decoded"]["current_3_ma"]) == (0x200, -600)
+    assert second["decoded"] == {"angle_counts": 4321, "speed_rpm": 12300, "current_ma": 850}
+
+
+def test_decode_slamware(call, tmp_path):
+    stream = tmp_path / "core.bin"
+    stream.write_bytes(bytes.fromhex("1002F830DA") + bytes.fromhex("1003F81001FA"))
+    status, out, _ = call("decode", "slamware", stream, "--json")
+    second = json.loads(out.splitlines()[1])
+    assert status == 0
+    assert (second["offset"], second["length"], second["type"], second["code"]) == (5, 6, "standard", 248)
+    assert second["payload"] == "1001"
+
+
+@pytest.mark.parametrize(
+    ("content", "status"),
+    [(b"", 2), (b"\x00" * 500, 1), (bytes.fromhex("C81816E0031FF8C0073EF0810F7CE0031FF8C0073EF0810F7CAD") * 20, 1)],
+    ids=["empty", "zeros", "another protocol"],
+)
+def test_decode_of_what_holds_no_frame(call, tmp_path, content, status):
+    stream = tmp_path / "stream.bin"
+    stream.write_bytes(content)
+    got, _, err = call("decode", "uart12", stream)
+    assert got == status
+    assert "stream.bin" in err
+
+
+def test_decode_a_cut_frame_is_noise(call, tmp_path):
+    stream = tmp_path / "cut.bin"
+    stream.write_bytes(DRIVE.read_bytes()[:31])
+    out = call("decode", "uart12", stream, "--json")[1].splitlines()
+    assert [json.loads(line)["event"] for line in out] == ["frame", "frame", "noise"]
+
+
+@pytest.mark.parametrize("arguments", [("decode", "c610", DRIVE), ("decode", "c610", ROOT), ("decode", "sbuss", DRIVE)])
+def test_decode_of_a_wrong_file_or_protocol(call, arguments):
+    status, _, err = call(*arguments)
+    assert status == 2
+    assert len(err.splitlines()) == 1
+
+
+def test_replay_in_its_three_forms(call, tmp_path):
+    first, again, with_can = tmp_path / "first", tmp_path / "again", tmp_path / "with_can"
+    scenario = short_scenario(tmp_path, f'rc = "{DRIVE}"\n[[core]]\nat_s = 0.05\nvx_mps = 0.1\n', seconds=2.5)
+    assert call("replay", scenario, "--record", first)[0] == 0
+    status, out, _ = call("replay", first, "--record", again)
+    assert status == 0
+    assert "identical" in out
+    status, out, _ = call("replay", first, "--can", "recorded", "--record", with_can)
+    assert status == 0
+    assert "identical" in out
+    names = sorted(path.name for path in first.iterdir())
+    assert names == ["can.log", "profile.toml", "rc.log", "robot.toml", "run.toml", "slamware.log", "state.csv"]
+    for name in names:
+        assert (first / name).read_bytes() == (again / name).read_bytes() == (with_can / name).read_bytes()
+
+
+def test_replay_over_real_ports_gives_the_same_recording(call, tmp_path):
+    scenario = short_scenario(tmp_path, f'rc = "{DRIVE}"\n', seconds=2.0)
+    assert call("replay", scenario, "--record", tmp_path / "plain")[0] == 0
+    ports = ("--rc", "pty:", "--slamware", "pty:", "--can", "can:virtual:wheelbench-test")
+    status, out, _ = call("replay", scenario, *ports, "--golden", tmp_path / "plain")
+    assert (status, "identical" in out) == (0, True)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--rc", "tty:"),
+        ("--can", "can:socketcan"),
+        ("--can", "recorded"),
+        ("--period-ms", "0"),
+        ("--golden", "nowhere"),
+        ("--robot", "m2007"),
+        ("--profile", "crossfires"),
+    ],
+)
+def test_replay_refuses_arguments_in_one_sentence(call, arguments):
+    status, _, err = call("replay", DRIVE, *arguments)
+    assert status == 2
+    assert len(err.splitlines()) == 1
+
+
+def test_a_capture_of_another_protocol_names_the_profile_to_take(call, tmp_path):
+    stream = tmp_path / "stick.bin"
+    stream.write_bytes(b"\x0f" * 50)
+    status, _, err = call("replay", stream, "--protocol", "crsf")
+    assert (status, "crossfire would fit" in err) == (2, True)
+
+
+def test_check_names_the_first_difference(call, tmp_path):
+    scenario = short_scenario(tmp_path, f'rc = "{DRIVE}"\n', seconds=2.0)
+    for name in ("run", "golden"):
+        assert call("replay", scenario, "--record", tmp_path / name)[0] == 0
+    log = tmp_path / "run" / "can.log"
+    lines = log.read_text().splitlines()
+    at = next(i for i, line in enumerate(lines) if line.startswith("(1.700000) can0 200#"))
+    data = bytearray.fromhex(lines[at].split("#")[1])
+    expected = int.from_bytes(data[2:4], "big", signed=True)
+    data[3] ^= 0x05
+    got = int.from_bytes(data[2:4], "big", signed=True)
+    lines[at] = f"(1.700000) can0 200#{data.hex().upper()}"
+    log.write_text("\n".join(lines) + "\n")
+    status, out, _ = call("check", tmp_path / "run", tmp_path / "golden")
+    assert status == 1
+    assert f"(tick 1700) can 0x200: current 2 expected {expected} mA, got {got} mA" in out.splitlines()[0]
+    facts = json.loads(call("check", tmp_path / "run", tmp_path / "golden", "--json")[1])
+    assert facts["first"] == {
+        "tick": 1700,
+        "wire": "can 0x200",
+        "field": facts["first"]["field"],
+        "expected": expected,
+        "got": got,
+    }
+    assert call("check", tmp_path / "golden", tmp_path / "golden")[0] == 0
+
+
+@pytest.mark.parametrize("place", [ROOT, ROOT / "README.md", ROOT / "nowhere"])
+def test_check_of_what_is_no_recording(call, place):
+    status, _, err = call("check", place, place)
+    assert status == 2
+    assert len(err.splitlines()) == 1
+
+
+def test_recording_into_an_impossible_place(call, tmp_path):
+    scenario = short_scenario(tmp_path)
+    status, _, err = call("replay", scenario, "--record", "/proc/wheelbench")
+    assert status == 3
+    assert len(err.splitlines()) == 1
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("keep")
+    assert call("replay", scenario, "--record", tmp_path / "full")[0] == 2
+    assert (tmp_path / "full" / "mine.txt").read_text() == "keep"
+
+
+def test_the_demo_meets_its_golden_without_a_terminal(tmp_path):
+    command = [sys.executable, "-m", "bench", "demo", "--record", str(tmp_path / "demo")]
+    done = subprocess.run(command, cwd=ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    for word in ("drove", "odometry", "slamware", "can ", "link", "times real time", "golden"):
+        assert word in done.stdout
+    with can.LogReader(tmp_path / "demo" / "can.log") as messages:
+        ids = {message.arbitration_id for message in messages}
+    assert ids == {0x200, 0x201, 0x202, 0x203}
+
+
+def test_the_demos_facts_as_json(call):
+    facts = json.loads(call("demo", "--json")[1])
+    assert facts["golden"]["ok"]
+    assert facts["frames"]["can_feedback"] == 3 * facts["frames"]["can_commands"] == 81_000
+    assert facts["odometry_off_m"] < 0.001
+
+
+def test_a_golden_is_not_pinned_in_ci(call, monkeypatch):
+    monkeypatch.setenv("CI", "true")
+    status, _, err = call("demo", "--update-pinned")
+    assert status != 0
+    assert "CI" in err
+
+
+def test_ctrl_c_keeps_what_has_been_recorded(tmp_path):
+    command = [sys.executable, "-m", "bench", "replay", str(DEMO), "--record", str(tmp_path / "cut")]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    log = tmp_path / "cut" / "can.log"
+    deadline = time.monotonic() + 20
+    while not (log.exists() and log.stat().st_size > 0) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert err.strip() == "wheelbench replay: interrupted"
+    status = main(["replay", str(tmp_path / "cut")])
+    assert status == 0, "the cut recording replays, byte for byte"
+
+
+def test_a_reader_that_leaves_is_no_error():
+    command = f"{sys.executable} -m bench decode uart12 {DRIVE} | head -1"
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=ROOT, capture_output=True, text=True, check=False, env=os.environ
+    )
+    assert done.stderr == ""
+
+
+# --- robot files -------------------------------------------------------------------------------------------------
+
+
+def edited_robot(tmp_path, old, new):
+    text = (ROOT / "bench" / "robots" / "m2006.toml").read_text()
+    assert old in text
+    path = tmp_path / "my_robot.toml"
+    path.write_text(text.replace(old, new))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("mass_kg = 1.6", "mas_kg = 1.6", "body.mass_kg: is missing; is mas_kg meant to be it?"),
+        ("[ground]", "[ground]\ngripp = 1.0", "ground.gripp: unknown key; did you mean grip?"),
+        ("radius_m = 0.027", "radius_m = -0.027", "wheel[0].radius_m: expected a positive number"),
+        ("bearing_deg = 75.0", "bearing_deg = 180.0", "singular"),
+        ("distance_m = 0.061", "distance_m = nan", "wheel[0].distance_m: expected a finite number"),
+        ("can_id = 3", "can_id = 2", "wheel.can_id: 2 is given to more than one wheel"),
+        ("can_id = 3", "can_id = 9", "wheel[2].can_id: expected 1 to 8"),
+        ("direction = -1", "direction = 2", "wheel[0].direction: expected 1 or -1"),
+        ("current_a = 0.6", "current_a = 60", "limits.current_a"),
+        ("hold_ms = 100", "hold_ms = 600", "link.hold_ms"),
+        ('kind = "c610"', 'kind = "c620"', "did you mean c610?"),
+        ('rc = "uart12"', 'rc = "uart21"', "did you mean uart12?"),
+        ("schema = 1", "schema = 2", "schema: expected 1"),
+        ("[limits]", "[limits", "is not valid TOML"),
+    ],
+)
+def test_a_robot_file_that_cannot_be_is_refused_with_file_and_key(call, tmp_path, old, new, says):
+    path = edited_robot(tmp_path, old, new)
+    status, _, err = call("kin", path)
+    assert status == 2
+    assert says in err
+    assert str(path) in err or "uart21" in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_robot_with_a_wheel_missing_is_refused(call, tmp_path):
+    text = (ROOT / "bench" / "robots" / "m2006.toml").read_text()
+    start = text.index('[[wheel]]\nname = "front left"')
+    path = tmp_path / "two_wheels.toml"
+    path.write_text(text[:start] + text[text.index("[body]") :])
+    status, _, err = call("kin", path)
+    assert (status, "at least three wheels, got 2" in err) == (2, True)
+
+
+def test_a_users_own_robot_file_drives(call, tmp_path):
+    path = edited_robot(tmp_path, "mass_kg = 1.6", "mass_kg = 2.5")
+    scenario = short_scenario(tmp_path, f'rc = "{DRIVE}"\n', seconds=2.0)
+    assert call("replay", scenario, "--robot", path, "--record", tmp_path / "own")[0] == 0
+    path.unlink()
+    assert call("replay", tmp_path / "own")[0] == 0, "a recording brings its robot along"
