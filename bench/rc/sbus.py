@@ -13,8 +13,9 @@ The middle of most transmitters, 992, puts a 0F *inside* the payload, so header 
 A frame must also be followed by the next header, by silence, by answers that lead to one of these, or by a frame that
 has lost nothing but its header (its footer and the header after that stand where they belong).
 
-Where bytes were lost or added, two overlapping places can pass all of this. The one that begins where the last frame
-ended has the better claim if its channels are closer to that frame's; then neither is believed.
+Where bytes were lost or added, two overlapping places can look like a frame: one that begins where the last frame ended
+(but nothing follows it), and one that ends where the next begins. The latter is believed only if its channels are by
+far the closer ones to those of the last frame.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ FOOTERS = frozenset((0x00, 0x04, 0x14, 0x24, 0x34))
 FRAME_LOST, FAILSAFE = 0x04, 0x08
 _LENGTH = 25
 _ANSWERS, _ANSWER_LENGTH = 8, 3
+# Of two places that overlap, a shifted one moves most channels by hundreds of counts, the true one a few by tens.
+_FAR_CLOSER = 8
 # A named tuple's own constructor costs twice as much; this one makes the same value.
 _new_frame = tuple.__new__
 
@@ -70,7 +73,7 @@ class SbusDecoder(Decoder):
                         reason = "successor"
                         if base + at == self._expected_at:
                             self._rival_end, self._rival_distance = base + end, self._distance(channels)
-                    elif base + at < self._rival_end and self._distance(channels) > self._rival_distance:
+                    elif base + at < self._rival_end and self._distance(channels) * _FAR_CLOSER > self._rival_distance:
                         reason = "rival"
                     else:
                         if self._noise_length:
