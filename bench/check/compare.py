@@ -12,12 +12,23 @@ import math
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields
+from functools import cache, partial
 from itertools import zip_longest
 from typing import Any, TypeAlias
 
 from bench.check.fields import Value, distance, fields_of_pair, shown, shown_value, tolerance
-from bench.check.reading import BASE_TO_CORE, CORE_TO_BASE, FEEDBACK_IDS, RC, STATE, Recording
-from bench.check.recording import LOGS, PROFILE_TOML, ROBOT_TOML, STATE_CSV, RunInfo
+from bench.check.lines import (
+    BASE_TO_CORE,
+    CORE_TO_BASE,
+    FEEDBACK_IDS,
+    RC,
+    STATE,
+    STATE_CSV,
+    can_id_of,
+    frames_by_wire,
+)
+from bench.check.reading import Recording
+from bench.check.recording import LOGS, PROFILE_TOML, ROBOT_TOML, RunInfo
 
 WireData: TypeAlias = tuple[str, bytes]
 """Name of the wire, what crossed it."""
@@ -134,7 +145,7 @@ def compare(run: Recording, golden: Recording, tolerances: Mapping[str, float] |
             continue
         identical = False
         expected, got = _Log(golden, name, end), _Log(run, name, end)
-        for wire, frames in golden.frames_by_wire(name, expected.end).items():
+        for wire, frames in frames_by_wire(name, expected.lines[: expected.end]).items():
             finder.add_wire(wire, frames)
         if name == STATE_CSV:
             finder.compare_columns()
@@ -156,25 +167,24 @@ class _Log:
     """One log of one recording up to a tick, and how far it has been compared."""
 
     def __init__(self, recording: Recording, name: str, end_tick: int) -> None:
-        self._recording = recording
-        self._name = name
         self.lines = recording.lines(name)
-        self.end = bisect_left(range(len(self.lines)), end_tick, key=self._tick_of)
+        self.entry = partial(recording.entry, name)
+        self.end = bisect_left(range(len(self.lines)), end_tick, key=lambda index: self.entry(index)[0])
         self.at = 0
 
     def next_tick(self) -> float:
-        return self._tick_of(self.at) if self.at < self.end else math.inf
+        return self.entry(self.at)[0] if self.at < self.end else math.inf
 
-    def take(self, tick: float) -> list[WireData]:
-        """The (wire, data) of every line that is left of this tick."""
+    def take(self, tick: int) -> list[WireData]:
+        """What is left of this tick."""
         taken = []
-        while self.next_tick() == tick:
-            taken.append(self._recording.entry(self._name, self.at)[1:])
+        while self.at < self.end:
+            found, wire, data = self.entry(self.at)
+            if found != tick:
+                break
+            taken.append((wire, data))
             self.at += 1
         return taken
-
-    def _tick_of(self, index: int) -> int:
-        return self._recording.entry(self._name, index)[0]
 
 
 def _different_ticks(expected: _Log, got: _Log) -> Iterator[tuple[int, list[WireData], list[WireData]]]:
@@ -189,7 +199,8 @@ def _different_ticks(expected: _Log, got: _Log) -> Iterator[tuple[int, list[Wire
         tick = min(expected.next_tick(), got.next_tick())
         if tick == math.inf:
             return
-        yield int(tick), expected.take(tick), got.take(tick)
+        tick = int(tick)
+        yield tick, expected.take(tick), got.take(tick)
 
 
 # --- what differs in them ----------------------------------------------------------------------------------------
@@ -202,8 +213,9 @@ class _Finder:
         self, tolerances: Mapping[str, float] | None, columns: tuple[tuple[str, ...], tuple[str, ...]]
     ) -> None:
         self.wires: dict[str, WireSummary] = {}
-        self._tolerances = tolerances
         self._columns = columns
+        self._exact = tolerances is None
+        self._tolerance = cache(lambda name: tolerance(name, tolerances or {}))
 
     def add_wire(self, wire: str, frames: int) -> None:
         self.wires[wire] = WireSummary(wire, frames)
@@ -240,7 +252,7 @@ class _Finder:
             if apart is not None:
                 largest = self.wires[wire].largest
                 largest[name] = max(apart, largest.get(name, 0.0))
-            if self._tolerances is None or apart is None or not apart <= tolerance(name, self._tolerances):
+            if self._exact or apart is None or apart > self._tolerance(name):
                 beyond.append((name, one, other))
         if beyond:
             self._found(tick, wire, *beyond[0])
@@ -262,7 +274,7 @@ def _by_wire(frames: list[WireData]) -> dict[str, list[bytes]]:
 def _rank(wire: str) -> tuple[int, str]:
     """The order of cause within one tick: inputs, commands and answers, then what came of them."""
     if wire.startswith("can 0x"):
-        return (4 if int(wire[4:], 16) in FEEDBACK_IDS else 2), wire
+        return (4 if can_id_of(wire) in FEEDBACK_IDS else 2), wire
     return {RC: 0, CORE_TO_BASE: 1, BASE_TO_CORE: 3}.get(wire, 5), wire
 
 

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any, TypeAlias
 
 from bench import m2006
-from bench.check.reading import RC, STATE, cell_value
+from bench.check.lines import RC, STATE, can_id_of, cell_value
 from bench.slamware.describe import decoded
 from bench.slamware.framing import FrameDecoder, SlamwareFrame
 
@@ -66,14 +67,19 @@ def fields_of_pair(wire: str, expected: bytes, got: bytes, columns: Sequence[Seq
 
 def distance(name: str, expected: Value, got: Value) -> float | None:
     """How far two numbers are apart, the short way round where the field is an angle; None for anything else."""
-    if not isinstance(expected, int | float) or not isinstance(got, int | float) or name.startswith("byte "):
+    if not isinstance(expected, int | float) or not isinstance(got, int | float):
         return None
     apart = abs(expected - got)
-    for ending, turn in _TURNS.items():
-        if name.endswith(ending):
-            apart = min(apart % turn, turn - apart % turn)
+    turn = _turn(name)
+    if turn:
+        apart = min(apart % turn, turn - apart % turn)
     # Recorded values have at most nine decimals that mean something; behind them stands the error of the subtraction.
     return round(apart, 9)
+
+
+@cache
+def _turn(name: str) -> float:
+    return next((turn for ending, turn in _TURNS.items() if name.endswith(ending)), 0.0)
 
 
 def tolerance(name: str, tolerances: Mapping[str, float]) -> float:
@@ -102,10 +108,9 @@ def _decoded(wire: str, data: bytes) -> Fields:
         return {}  # a tick's bytes are rarely a frame; `wheelbench decode` reads the stream
     if not wire.startswith("can "):
         return _slamware_fields(data)
-    fields: dict[str, Any] = m2006.describe(int(wire[4:], 16), data)
-    if "angle_counts" in fields:
-        fields |= _as_bytes(data, 0, start=6)  # empty on a C610, temperature and error on a C620
-    return fields
+    fields: dict[str, Any] = m2006.describe(can_id_of(wire), data)
+    # Bytes 6 and 7 are empty on a C610 (temperature and error on a C620). Where they are not, every byte is compared.
+    return {} if "angle_counts" in fields and any(data[6:]) else fields
 
 
 def _slamware_fields(data: bytes) -> Fields:
@@ -121,8 +126,8 @@ def _slamware_fields(data: bytes) -> Fields:
     return fields if sum(event.length for event in events) == len(data) else {}
 
 
-def _as_bytes(data: bytes, other_length: int, start: int = 0) -> dict[str, Value]:
-    fields: dict[str, Value] = {f"byte {index}": f"0x{data[index]:02X}" for index in range(start, len(data))}
+def _as_bytes(data: bytes, other_length: int) -> dict[str, Value]:
+    fields: dict[str, Value] = {f"byte {index}": f"0x{byte:02X}" for index, byte in enumerate(data)}
     # Where the other side is longer, its further bytes face nothing.
     fields |= {f"byte {index}": None for index in range(len(data), other_length)}
     return fields

@@ -6,45 +6,30 @@ with file, line and what was expected: a comparison with a damaged file would pr
 
 from __future__ import annotations
 
-import math
-import re
 import tomllib
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from bench.check import recording
-from bench.check.recording import CAN_LOG, LOGS, RC_LOG, RUN_TOML, SLAMWARE_LOG, STATE_CSV, RecordingError, RunInfo
+from bench.check.lines import (
+    BASE_TO_CORE,
+    CAN_LOG,
+    CORE_TO_BASE,
+    EXPECTED,
+    FEEDBACK_IDS,
+    PARSERS,
+    RC_LOG,
+    SLAMWARE_LOG,
+    STATE_CSV,
+    Entry,
+    can_id_of,
+    cell_value,
+)
+from bench.check.recording import LOGS, RUN_TOML, RecordingError, RunInfo
 from bench.messages import TICK_US, CanFrame, TickOutput
-
-FEEDBACK_IDS = range(0x201, 0x209)
-"""What ESCs send. Every other frame on the bus is the base's."""
-
-CORE_TO_BASE, BASE_TO_CORE = "slamware core->base", "slamware base->core"
-RC, STATE = "rc", "state"
-
-Entry: TypeAlias = tuple[int, str, bytes]
-"""One line of a log: tick, name of the wire, what crossed it (of state.csv: the row's text)."""
-
-_SECONDS = rb"(0|[1-9]\d*)\.(\d{3})000"
-_STAMP = rb"\(" + _SECONDS + rb"\) "
-_HEX = rb"((?:[0-9A-F]{2} )*[0-9A-F]{2})"
-_LINES = {
-    CAN_LOG: re.compile(_STAMP + rb"(can0) ([0-7][0-9A-F]{2})#((?:[0-9A-F]{2}){0,8})"),
-    RC_LOG: re.compile(_STAMP + rb"(rc0) (>) " + _HEX),
-    SLAMWARE_LOG: re.compile(_STAMP + rb"(slamware0) ([<>]) " + _HEX),
-    STATE_CSV: re.compile(_SECONDS + rb"((?:,[^,]*)*)"),
-}
-_EXPECTED = {
-    CAN_LOG: "(0.001000) can0 200#0258025802580000",
-    RC_LOG: "(0.010000) rc0 > AA 08 00",
-    SLAMWARE_LOG: "(0.050000) slamware0 > 10 02 F8 30 DA, or < for base to core",
-    STATE_CSV: "the time in seconds with six decimals, then the other columns",
-}
-_SERIAL_WIRES = {b">": CORE_TO_BASE, b"<": BASE_TO_CORE}
 
 
 class Recording:
@@ -105,7 +90,9 @@ class Recording:
     @cached_property
     def can(self) -> list[tuple[int, int, bytes]]:
         """Every CAN frame in order: (tick, identifier, data)."""
-        return [(tick, int(wire[4:], 16), data) for tick, wire, data in self.entries(CAN_LOG)]
+        entries = list(self.entries(CAN_LOG))
+        ids = {wire: can_id_of(wire) for wire in {entry[1] for entry in entries}}
+        return [(tick, ids[wire], data) for tick, wire, data in entries]
 
     @cached_property
     def commands(self) -> dict[int, tuple[CanFrame, ...]]:
@@ -167,51 +154,33 @@ class Recording:
     def entry(self, name: str, index: int) -> Entry:
         """One line of a log, parsed. Raises RecordingError with file, line and what was expected."""
         line = self.lines(name)[index]
-        match = _LINES[name].fullmatch(line)
-        if match is None:
-            raise self._refuse(name, index, f"expected {_EXPECTED[name]}; got {line[:60].decode('ascii', 'replace')!r}")
-        tick = int(match[1]) * 1000 + int(match[2])
-        if name == CAN_LOG:
-            return tick, f"can 0x{match[4].decode()}", bytes.fromhex(match[5].decode())
-        if name == STATE_CSV:
-            if line.count(b",") != len(self.state_columns) - 1:
-                values = line.count(b",") + 1
-                raise self._refuse(name, index, f"expected {len(self.state_columns)} values, got {values}")
-            try:
-                line.decode("utf-8")
-            except UnicodeDecodeError:
-                raise self._refuse(name, index, "expected UTF-8 text") from None
-            return tick, STATE, line
-        return tick, RC if name == RC_LOG else _SERIAL_WIRES[match[4]], bytes.fromhex(match[5].decode())
+        entry = PARSERS[name](line)
+        if entry is None:
+            raise self._refuse(name, index, f"expected {EXPECTED[name]}; got {line[:60].decode('ascii', 'replace')!r}")
+        if name == STATE_CSV and line.count(b",") != len(self.state_columns) - 1:
+            values = line.count(b",") + 1
+            raise self._refuse(name, index, f"expected {len(self.state_columns)} values, got {values}")
+        return entry
 
     def entries(self, name: str) -> Iterator[Entry]:
         """The lines of a log, parsed and checked: time never goes back, and none lies after the end."""
+        end, newest = self.ticks, 0
         last: dict[str, int] = {}
-        newest = 0
-        for index in range(len(self.lines(name))):
-            entry = self.entry(name, index)
-            tick, wire = entry[:2]
-            if tick >= self.ticks:
+        parse = PARSERS[name]
+        for index, line in enumerate(self.lines(name)):
+            # `entry` says what is wrong with a line, and counts the cells of a row.
+            entry = (parse(line) if name != STATE_CSV else None) or self.entry(name, index)
+            tick, wire, _ = entry
+            if tick >= end:
                 if not self.complete:
                     return
-                raise self._refuse(name, index, f"tick {tick} lies after the end of the run ({self.ticks} ticks)")
+                raise self._refuse(name, index, f"tick {tick} lies after the end of the run ({end} ticks)")
             if tick < newest:
                 raise self._refuse(name, index, f"time goes back, from tick {newest} to {tick}")
             if name != CAN_LOG and last.get(wire) == tick:
                 raise self._refuse(name, index, f"a second line for tick {tick}; expected one for each tick")
             newest = last[wire] = tick
             yield entry
-
-    def frames_by_wire(self, name: str, lines: int) -> dict[str, int]:
-        """How many frames the first lines of a log hold, by wire. Nothing is parsed but the wire."""
-        taken = self.lines(name)[:lines]
-        if name == CAN_LOG:
-            found = Counter([line.partition(b"#")[0][-3:] for line in taken])
-            return {f"can 0x{key.decode('ascii', 'replace')}": count for key, count in found.items()}
-        if name == SLAMWARE_LOG:
-            found = Counter([line.partition(b"0 ")[2][:1] for line in taken])
-            return {wire: found[key] for key, wire in _SERIAL_WIRES.items()}
-        return {RC if name == RC_LOG else STATE: len(taken)}
 
     def _refuse(self, name: str, index: int, what: str) -> RecordingError:
         line = index + (2 if name == STATE_CSV else 1)
@@ -234,18 +203,7 @@ def as_outputs(run: Recording) -> Iterator[TickOutput]:
         )
 
 
-def cell_value(cell: str) -> float | int | str:
-    """A cell of state.csv: a whole number, a number with decimals, or text. What is not finite stays text."""
-    for kind in (int, float):
-        try:
-            value = kind(cell)
-        except ValueError:
-            continue
-        return value if math.isfinite(value) else cell
-    return cell
-
-
-def _by_tick(frames: Iterator[tuple[int, int, bytes]]) -> dict[int, tuple[CanFrame, ...]]:
+def _by_tick(frames: Iterable[tuple[int, int, bytes]]) -> dict[int, tuple[CanFrame, ...]]:
     found: dict[int, list[CanFrame]] = {}
     for tick, can_id, data in frames:
         found.setdefault(tick, []).append((can_id, data))

@@ -22,11 +22,20 @@ from pathlib import Path
 from types import TracebackType
 
 from bench import __version__
+from bench.check.lines import (
+    CAN_LOG,
+    RC_LOG,
+    SLAMWARE_LOG,
+    STATE_CSV,
+    StateFormat,
+    can_lines,
+    rc_lines,
+    slamware_lines,
+)
 from bench.errors import BenchError, SurroundingsError
 from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
 
 SCHEMA = 1
-CAN_LOG, RC_LOG, SLAMWARE_LOG, STATE_CSV = "can.log", "rc.log", "slamware.log", "state.csv"
 RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "profile.toml", "golden.toml"
 # can.log is written last: a tick that has begun there stands in the other files, wherever a run was cut off.
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
@@ -83,7 +92,7 @@ class Recorder:
         """How many ticks are on disk."""
         self._block: list[TickOutput] = []
         self._files: dict[str, FileIO] = {}
-        self._state = _StateFormat(len(state_columns))
+        self._state = StateFormat(len(state_columns))
         header = (",".join(state_columns) + "\n").encode()
         copies = {ROBOT_TOML: read_bytes(robot_file)}
         if profile_file is not None:
@@ -117,7 +126,7 @@ class Recorder:
             raise RecordingError(f"{self.directory}: the recording has ended; start another one")
         if [out.tick for out in block] != list(range(self.ticks, self.ticks + len(block))):
             raise ValueError(f"ticks {block[0].tick}..{block[-1].tick} do not follow tick {self.ticks - 1} one by one")
-        texts = (_rc_lines(block), _slamware_lines(block), self._state.lines(block), _can_lines(block))
+        texts = (rc_lines(block), slamware_lines(block), self._state.lines(block), can_lines(block))
         try:
             for name, text in zip(LOGS, texts, strict=True):
                 self._write(name, text.encode())
@@ -234,77 +243,3 @@ def _cannot(path: Path, done: str, error: OSError) -> RecordingPlaceError:
     else:
         advice = "give a directory that you may write to"
     return RecordingPlaceError(f"{path}: cannot be {done} ({error.strerror}); {advice}")
-
-
-# --- one block of ticks as text ----------------------------------------------------------------------------------
-
-_MILLIS = tuple(f".{milli:03d}000)" for milli in range(1000))
-
-
-class _CanIds(dict[int, str]):
-    """The text of an identifier, made once."""
-
-    def __missing__(self, can_id: int) -> str:
-        text = self[can_id] = f"{can_id:03X}#"
-        return text
-
-
-_CAN_IDS = _CanIds()
-
-
-def _can_lines(block: list[TickOutput]) -> str:
-    ids, millis = _CAN_IDS, _MILLIS
-    lines: list[str] = []
-    add = lines.append
-    for tick, _, _, _, commands, feedback, _ in block:
-        stamp = f"({tick // 1000}{millis[tick % 1000]} can0 "
-        for can_id, data in commands + feedback:
-            add(f"{stamp}{ids[can_id]}{data.hex().upper()}\n")
-    return "".join(lines)
-
-
-def _rc_lines(block: list[TickOutput]) -> str:
-    return "".join([_serial_line(out.tick, "rc0 >", out.rc) for out in block if out.rc])
-
-
-def _slamware_lines(block: list[TickOutput]) -> str:
-    lines = []
-    for out in block:
-        if out.core_to_base:
-            lines.append(_serial_line(out.tick, "slamware0 >", out.core_to_base))
-        if out.base_to_core:
-            lines.append(_serial_line(out.tick, "slamware0 <", out.base_to_core))
-    return "".join(lines)
-
-
-def _serial_line(tick: int, wire: str, data: bytes) -> str:
-    return f"({tick // 1000}{_MILLIS[tick % 1000]} {wire} {data.hex(' ').upper()}\n"
-
-
-class _StateFormat:
-    """Rows of state.csv. One % operation makes a row: a format is kept for each sequence of column types."""
-
-    def __init__(self, columns: int) -> None:
-        self._columns = columns
-        self._formats: dict[tuple[type, ...], str] = {}
-
-    def lines(self, block: list[TickOutput]) -> str:
-        rows = [out.state for out in block if out.state is not None]
-        formats = self._formats
-        lines = []
-        for row in rows:
-            kinds = tuple(map(type, row))
-            form = formats.get(kinds) or self._new_format(kinds)
-            lines.append(form % row)
-        text = "".join(lines).replace("-0.000000", "0.000000")
-        # A separator inside a cell would shift every column behind it.
-        if text.count(",") != len(rows) * (self._columns - 1) or text.count("\n") != len(rows) or '"' in text:
-            raise ValueError("a comma, quote or line break cannot stand in a cell of state.csv")
-        return text
-
-    def _new_format(self, kinds: tuple[type, ...]) -> str:
-        if len(kinds) != self._columns:
-            raise ValueError(f"a state row has {len(kinds)} values for {self._columns} columns")
-        marks = ("%.6f" if issubclass(kind, float) else "%d" if issubclass(kind, int) else "%s" for kind in kinds)
-        form = self._formats[kinds] = ",".join(marks) + "\n"
-        return form
