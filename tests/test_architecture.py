@@ -1,0 +1,95 @@
+"""The shape of the house, as imports: what may know of what."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCH = Path(__file__).parents[1] / "bench"
+MODULES = {path.relative_to(BENCH).as_posix(): ast.parse(path.read_text()) for path in BENCH.rglob("*.py")}
+
+# Who alone may import what, anywhere in the file.
+ONLY_IN = {
+    "textual": ("tui.py", "screen/"),
+    "rich": ("tui.py", "screen/"),
+    "pymunk": ("plant.py",),
+    "serial": ("io/ports.py",),
+    "can": ("io/ports.py", "cli/decode.py"),
+    "time": ("io/clock.py",),
+    "datetime": (),
+    "random": (),
+    "threading": (),
+    "asyncio": (),
+    "numpy": (),
+    "pytest": (),
+}
+
+# Each box of the picture, and what of ours it may build on.
+FOUNDATION = {"bench.messages", "bench.config", "bench.errors"}
+BUILDS_ON = {
+    "errors.py": set(),
+    "messages.py": set(),
+    "config.py": {"bench.errors", "bench.kinematics", "bench.slamware.payloads"},
+    "kinematics.py": FOUNDATION,
+    "m2006.py": FOUNDATION,
+    "controller.py": FOUNDATION,
+    "link.py": FOUNDATION,
+    "odometry.py": FOUNDATION | {"bench.kinematics"},
+    "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
+    "rc_decode.py": FOUNDATION | {"bench.rc"},
+    "plant.py": FOUNDATION | {"bench.kinematics", "bench.contact", "bench.odometry"},
+}
+
+
+def imported(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            yield node.module
+
+
+@pytest.mark.parametrize("package", ONLY_IN)
+def test_only_the_right_door_opens_to(package):
+    allowed = ONLY_IN[package]
+    for name, tree in MODULES.items():
+        if any(module.split(".")[0] == package for module in imported(tree)):
+            assert name.startswith(allowed) if allowed else False, f"bench/{name} imports {package}"
+
+
+@pytest.mark.parametrize("name", BUILDS_ON)
+def test_boxes_build_on_what_lies_under_them(name):
+    for module in imported(MODULES[name]):
+        if module.split(".")[0] == "bench":
+            assert any(module == one or module.startswith(one + ".") for one in BUILDS_ON[name]), f"{name}: {module}"
+
+
+def test_the_loop_runs_without_a_screen_a_port_or_a_clock():
+    heavy = "('textual', 'rich', 'can', 'serial', 'pytest', 'asyncio', 'bench.io', 'bench.check', 'bench.screen')"
+    code = f"import sys, bench.loop; print([n for n in {heavy} if n in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_nobody_below_the_command_line_prints_or_exits():
+    for name, tree in MODULES.items():
+        if name.startswith(("cli/", "__main__")):
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                assert node.func.id not in ("print", "exit", "input"), f"bench/{name} calls {node.func.id}"
+
+
+def test_floats_are_not_summed_where_python_versions_differ():
+    """Since 3.12 the built-in sum() of floats is compensated: another last bit than on 3.11."""
+    for name in ("plant.py", "contact.py", "kinematics.py", "odometry.py", "controller.py", "drive.py", "m2006.py"):
+        for node in ast.walk(MODULES[name]):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                assert node.func.id != "sum", f"bench/{name} calls sum()"
+
+
+def test_every_module_says_what_it_is():
+    for name, tree in MODULES.items():
+        assert ast.get_docstring(tree), f"bench/{name} has no docstring"
