@@ -8,13 +8,13 @@ leaves above the back-EMF. The wheels have inertia of their own, so what a motor
 inertia off the diagonal included), a spinning wheel and a stalled one all come out of the same equations. `contact`
 solves the floor; the engine moves the body and keeps it off the walls.
 
-One step: motors, floor, force and torque set once, engine, state read once. The engine moves the body first and changes
-its velocity afterwards, so the velocity of this step is travelled in the next one. Hence two rules. Wheels turn by
-their old speed too, and the floor is solved at the heading that the body will have half way through that next move:
-what the wheels count is then what the body travels, in a bend as well.
+One step: motors, floor, force and torque set once, engine, state read once (the engine's properties cost more than its
+physics). The engine moves the body first and changes its velocity afterwards, so the velocity of this step is travelled
+in the next one. Hence two rules. Wheels turn by their old speed too, and the floor is solved at the heading that the
+body will have half way through that next move: what the wheels count is then what the body travels, in a bend as well.
 
 Frame: field x, y in metres, heading counter-clockwise; the body's centre of gravity is the origin of its wheels. A wall
-pushes at the height of the centre of gravity: it moves no load between the wheels.
+pushes at the height of the centre of gravity: wheels that press against it lose load as they do when they accelerate.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ COLLISION_BIAS = (1.0 - 0.3) ** 60
 """Share of an overlap left after a second: an impact at 5 m/s ends 5 mm deep and is back in 0.1 s."""
 DUST = 1e-12
 """What rounding leaves of a velocity (m/s, rad/s) that a force stops; a standing robot's is set to exactly zero."""
+TIPPING_MARGIN = 1.0 - 1e-12
+"""Keeps a lifted wheel's load from rounding below zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,12 +63,12 @@ class Plant:
 
     Wheel values stand in the robot file's wheel order, in the wheel's positive sense. Every list that an attribute
     gives is a new one each step and never changes afterwards. Raises ValueError where the robot would fall over at
-    rest or does not fit between the walls.
+    rest, or does not fit between the walls.
     """
 
     __slots__ = (
-        "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_lift_above", "_load_rows", "_mass",
-        "_omega", "_space", "_supply", "_torques", "_velocity", "_wheel_inertia", "_yaw_inertia",
+        "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_lift_above", "_load_rows",
+        "_mass", "_omega", "_space", "_supply", "_torques", "_velocity", "_wheel_inertia", "_yaw_inertia",
         "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
     )  # fmt: skip
 
@@ -86,8 +88,7 @@ class Plant:
         damped = motor.inertia_kgm2 + STEP_S * motor.viscous_nms
         self._contact = Contact(robot.wheels, robot.ground, body.mass_kg, body.inertia_kgm2, damped, twist)
         self._load_rows = _load_rows(robot.wheels, body.mass_kg, body.cog_height_m)
-        # No wheel lifts below this square of the acceleration, whatever its direction.
-        self._lift_above = min(rest * rest / (px * px + py * py) for rest, px, py in self._load_rows)
+        self._lift_above = _lift_above(self._load_rows)
         self._acceleration = 0.0, 0.0
 
         self.currents_a = [0.0] * len(robot.wheels)
@@ -112,6 +113,8 @@ class Plant:
         disc = pymunk.Circle(self._body, body.radius_m)
         disc.friction = disc.elasticity = 1.0  # the engine multiplies both with the wall's
         self._space.add(self._body, disc)
+        if not all(map(math.isfinite, (*pose, *twist))):
+            raise ValueError(f"a robot cannot start at {pose} with {twist}")
         if arena is not None:
             self._build_walls(arena, body.radius_m, pose)
         self._axes = (cos, sin)
@@ -120,7 +123,7 @@ class Plant:
         self._omega = self._body.angular_velocity
 
     def step(self, currents_a: Sequence[float]) -> None:
-        """Advance 1 ms with these commanded currents, A. A current that is not a number counts as 0 A."""
+        """Advance 1 ms with these commanded currents, A; more than the motor's maximum is cut, not-a-number is 0 A."""
         if len(currents_a) != len(self.currents_a):
             raise ValueError(f"{len(currents_a)} currents for {len(self.currents_a)} wheels")
         omega = self._omega
@@ -268,13 +271,21 @@ def _load_rows(wheels: Sequence[Wheel], mass_kg: float, height_m: float) -> list
     return loads
 
 
+def _lift_above(rows: Sequence[Row]) -> float:
+    """The square of an acceleration, m^2/s^4, up to which no wheel lifts, whatever its direction."""
+    return min(
+        (rest * rest / (per_ax * per_ax + per_ay * per_ay) for rest, per_ax, per_ay in rows if per_ax or per_ay),
+        default=math.inf,
+    )
+
+
 def _tipping_part(rows: Sequence[Row], ax: float, ay: float) -> float:
     """The part of the load transfer, 0 to 1, that leaves no wheel below zero; the loads still add up to the weight."""
     part = 1.0
     for rest, per_ax, per_ay in rows:
         load = rest + per_ax * ax + per_ay * ay
         if load < 0.0:
-            part = min(part, rest / (rest - load))
+            part = min(part, rest / (rest - load) * TIPPING_MARGIN)
     return part
 
 

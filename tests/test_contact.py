@@ -1,0 +1,128 @@
+"""The floor solver against the laws that it must satisfy, whatever the state, the layout and its history."""
+
+import math
+
+import pytest
+from bases import m2006, mecanum, omni3, omni4
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bench.contact import MAX_SWEEPS, Contact
+
+LAYOUTS = {"004": m2006(), "omni3": omni3(), "omni4": omni4(), "mecanum": mecanum()}
+MASS, YAW, WHEEL = 1.6, 0.0056, 1.2045e-3
+GRIP, ROLLING = 0.7, 0.05
+DRY = 2e-5  # 0.02 N m for 1 ms
+NS, MPS = 1e-9, 1e-9  # what a solved step may be off by
+
+
+def contact_of(layout: str) -> Contact:
+    robot = LAYOUTS[layout]
+    return Contact(robot.wheels, robot.ground, MASS, YAW, WHEEL)
+
+
+def geometry(layout: str):
+    for wheel in LAYOUTS[layout].wheels:
+        angle = wheel.heading_rad + wheel.roller_rad
+        ax, ay = math.cos(angle), math.sin(angle)
+        arm, arm_across = wheel.x_m * ay - wheel.y_m * ax, wheel.x_m * ax + wheel.y_m * ay
+        yield ax, ay, arm, arm_across, wheel.radius_m * math.cos(wheel.roller_rad)
+
+
+def check_laws(layout: str, contact: Contact, before, wheels, after) -> None:
+    """Newton for the body and each wheel; every friction within its limit, and at the limit only against the motion."""
+    px, py, pw = MASS * before[0], MASS * before[1], YAW * before[2]
+    vx, vy, omega = after
+    rows = zip(geometry(layout), wheels, contact.speeds_radps, contact.impulses_ns, strict=True)
+    for (ax, ay, arm, arm_across, rc), (momentum, dry, load), speed, (along, across) in rows:
+        px += ax * along - ay * across
+        py += ay * along + ax * across
+        pw += arm * along + arm_across * across
+
+        slip = ax * vx + ay * vy + arm * omega - rc * speed
+        grip = GRIP * load
+        assert abs(along) <= grip + NS
+        if abs(slip) > MPS:
+            assert along == pytest.approx(-math.copysign(grip, slip), abs=NS)
+
+        side = ax * vy - ay * vx + arm_across * omega
+        loss = ROLLING * load
+        assert abs(across) <= loss + NS
+        if abs(side) > MPS:
+            assert across == pytest.approx(-math.copysign(loss, side), abs=NS)
+
+        friction = momentum - rc * along - WHEEL * speed
+        assert abs(friction) <= dry + rc * NS
+        if abs(rc * speed) > MPS:
+            assert friction == pytest.approx(math.copysign(dry, speed), abs=rc * NS)
+    assert (px, py, pw) == pytest.approx((MASS * vx, MASS * vy, YAW * omega), abs=NS)
+
+
+# Speeds and torques of a robot, and often enough exactly none of one.
+velocities = st.tuples(*[st.just(0.0) | st.floats(-3.0, 3.0)] * 2, st.just(0.0) | st.floats(-20.0, 20.0))
+wheel_states = st.tuples(
+    st.just(0.0) | st.floats(-0.1, 0.1), st.just(0.0) | st.floats(-2e-3, 2e-3), st.floats(0.0, 8e-3)
+)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@settings(deadline=None)
+@given(data=st.data())
+def test_one_step_from_any_state_obeys_the_laws(layout, data):
+    contact = contact_of(layout)
+    count = len(LAYOUTS[layout].wheels)
+    before = data.draw(velocities)
+    wheels = [(m + torque, DRY, load) for m, torque, load in data.draw(st.tuples(*[wheel_states] * count))]
+    check_laws(layout, contact, before, wheels, contact.solve(*before, wheels))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@settings(deadline=None, max_examples=40)
+@given(data=st.data())
+def test_a_drive_with_jumping_torques_obeys_the_laws_in_every_step(layout, data):
+    contact = contact_of(layout)
+    count = len(LAYOUTS[layout].wheels)
+    torques_nms = st.tuples(*[st.floats(-3e-4, 3e-4) | st.just(0.0)] * count)
+    velocity = (0.0, 0.0, 0.0)
+    for _ in range(data.draw(st.integers(1, 4))):
+        torques = data.draw(torques_nms)
+        for _ in range(25):
+            wheels = [(1.2e-3 * w + t, DRY, 4e-3) for w, t in zip(contact.speeds_radps, torques, strict=True)]
+            before, velocity = velocity, contact.solve(*velocity, wheels)
+            check_laws(layout, contact, before, wheels, velocity)
+            assert contact.sweeps < MAX_SWEEPS
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@settings(deadline=None, max_examples=40)
+@given(data=st.data())
+def test_the_motion_does_not_depend_on_what_the_solver_did_before(layout, data):
+    states = st.tuples(velocities, st.tuples(*[wheel_states] * len(LAYOUTS[layout].wheels)))
+    (earlier, earlier_wheels), (before, wheels) = data.draw(states), data.draw(states)
+    used, fresh = contact_of(layout), contact_of(layout)
+    used.solve(*earlier, [(momentum, DRY, load) for momentum, _, load in earlier_wheels])
+    wheels = [(momentum, DRY, load) for momentum, _, load in wheels]
+    assert fresh.solve(*before, wheels) == pytest.approx(used.solve(*before, wheels), abs=1e-8)
+    assert fresh.speeds_radps == pytest.approx(used.speeds_radps, abs=1e-6)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_steady_drive_needs_no_search(layout):
+    contact = contact_of(layout)
+    count = len(LAYOUTS[layout].wheels)
+    velocity = (0.0, 0.0, 0.0)
+    searched = 0
+    for _ in range(500):
+        wheels = [(1.2e-3 * w + 1e-4, DRY, 4e-3) for w in contact.speeds_radps]
+        velocity = contact.solve(*velocity, wheels)
+        searched += contact.sweeps > 0
+    assert searched <= 3, f"{searched} of 500 steps with {count} equal torques left the kept inverse"
+
+
+def test_all_wheels_at_rest_hold_the_body_at_exactly_rest():
+    contact = contact_of("004")
+    wheels = [(1.5e-5, DRY, 4e-3), (0.0, DRY, 4e-3), (-1.5e-5, DRY, 4e-3)]  # 15 mN m: below the dry friction
+    assert contact.solve(0.0, 0.0, 0.0, wheels) == (0.0, 0.0, 0.0)
+    assert contact.solve(1e-5, -1e-5, 1e-4, wheels) == (0.0, 0.0, 0.0)
+    assert contact.standing
+    assert contact.speeds_radps == [0.0, 0.0, 0.0]
