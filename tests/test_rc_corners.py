@@ -1,0 +1,130 @@
+"""The corners of each protocol: what may follow an SBUS frame, and where eight bits of checksum are not enough."""
+
+import random
+
+import pytest
+import streams
+
+from bench import rc_decode
+from bench.messages import RcFrame, RcLinkStatistics, RcNoise, RcOther
+from bench.rc import crsf, sbus
+
+
+def decode(protocol, data):
+    return streams.feed_whole(rc_decode.decoder(protocol), data)
+
+
+def sbus2(footer, raw=1024):
+    return sbus.encode((raw,) * 16, footer=footer)
+
+
+@pytest.mark.parametrize("count", range(1, 9))
+@pytest.mark.parametrize("footer", [0x04, 0x14, 0x24, 0x34])
+def test_up_to_eight_sensors_answer_between_two_sbus2_frames(footer, count):
+    slots = bytes.fromhex("03 83 43 c3 23 a3 63 e3")[:count]
+    answers = b"".join(bytes((slot, 0x0F, 0x00)) for slot in slots)
+    data = sbus2(footer) + answers + sbus2(footer)
+    expected = [
+        RcFrame(0, 25, (1024,) * 16),
+        *[RcOther(25 + 3 * k, 3, f"slot {k}") for k in range(count)],
+        RcFrame(25 + 3 * count, 25, (1024,) * 16),
+    ]
+    streams.check_stream(lambda: rc_decode.decoder("sbus"), data, expected)
+
+
+def test_a_sensor_may_answer_long_after_the_frame():
+    decoder = rc_decode.decoder("sbus")
+    events = decoder.feed(sbus2(0x04), 3000)
+    events += decoder.feed(bytes.fromhex("03c02e"), 3000 + 2150 + 360)
+    events += decoder.feed(sbus2(0x14), 18000)
+    assert events + decoder.finish() == [
+        RcFrame(0, 25, (1024,) * 16),
+        RcOther(25, 3, "slot 0"),
+        RcFrame(28, 25, (1024,) * 16),
+    ]
+
+
+def test_an_answer_that_lost_a_byte_does_not_take_the_next_frame_along():
+    decoder = rc_decode.decoder("sbus")
+    events = decoder.feed(sbus2(0x04), 3000)
+    events += decoder.feed(bytes.fromhex("03c0") + sbus2(0x14), 18000) + decoder.finish()
+    assert events == [RcFrame(0, 25, (1024,) * 16), RcNoise(25, 2, "cut"), RcFrame(27, 25, (1024,) * 16)]
+
+
+def test_slot_bytes_behind_a_plain_sbus_frame_are_no_answer():
+    data = sbus.encode((1024,) * 16) + bytes.fromhex("03c02e") + sbus.encode((1024,) * 16)
+    assert decode("sbus", data) == [RcNoise(0, 28, "successor"), RcFrame(28, 25, (1024,) * 16)]
+
+
+def test_an_sbus_frame_is_believed_when_only_the_header_behind_it_is_missing():
+    one, two, three = (sbus.encode((raw,) * 16) for raw in (1000, 1001, 1002))
+    found = [event for event in decode("sbus", one + two[1:] + three) if isinstance(event, RcFrame)]
+    assert [frame.channels[0] for frame in found] == [1000, 1002]
+
+
+def test_a_shifted_sbus_frame_that_ends_well_is_not_believed_when_the_sticks_would_have_jumped():
+    """Channel 0 begins with 0x0F; a byte too many makes the place behind the header look like a frame as well."""
+    still = (0x50F, *[992] * 15)
+    frame = sbus.encode(still)
+    broken = frame[:20] + b"\x33" + frame[20:]
+    events = decode("sbus", frame + broken + frame + frame)
+    assert [event.offset for event in events if isinstance(event, RcFrame)] == [0, 51, 76]
+    assert [event.reason for event in events if isinstance(event, RcNoise)] == ["successor"]
+
+
+def test_an_sbus_frame_behind_a_doubled_header_is_believed():
+    frame = sbus.encode((1000,) * 16)
+    events = decode("sbus", frame + b"\x0f" + frame + frame)
+    assert [event.offset for event in events if isinstance(event, RcFrame)] == [0, 26, 51]
+
+
+def crsf_frame_whose_checksum_is_its_address():
+    return next(data for raw in range(2048) if (data := crsf.encode((raw, *[992] * 15)))[-1] == 0xC8)
+
+
+def test_a_crsf_frame_that_swallowed_the_next_address_is_refused_and_the_next_one_is_not_lost():
+    """The checksum of 25 bytes and the next frame's 0xC8 is right once in 256 times."""
+    rng = random.Random("swallowed")
+    for _ in range(100_000):
+        damaged = bytearray(crsf.encode([rng.randrange(2048) for _ in range(16)]))
+        del damaged[rng.randrange(3, 26)]
+        if crsf.crc8(bytes(damaged[2:]) + b"\xc8") == 0:
+            break
+    following = crsf.encode((992,) * 16)
+    data = bytes(damaged) + following + following
+    expected = [RcNoise(0, 25, "cut"), RcFrame(25, 26, (992,) * 16), RcFrame(51, 26, (992,) * 16)]
+    streams.check_stream(lambda: rc_decode.decoder("crsf"), data, expected)
+    statistics = crsf.encode_link_statistics(99, -60, 10)
+    assert decode("crsf", bytes(damaged) + statistics)[1] == RcLinkStatistics(25, 14, 99, -60, 10)
+
+
+def test_a_crsf_frame_whose_checksum_is_its_address_waits_for_one_more_byte_or_for_silence():
+    data = crsf_frame_whose_checksum_is_its_address()
+    decoder = rc_decode.decoder("crsf")
+    assert decoder.feed(data) == []
+    (frame,) = decoder.feed(b"\xc8")
+    assert (frame.offset, frame.length) == (0, 26)
+
+    decoder = rc_decode.decoder("crsf")
+    assert decoder.feed(data, 1000) == []
+    assert len(decoder.feed(b"", 1120)) == 1
+
+
+def test_channels_come_first_where_another_crsf_frame_claims_their_bytes():
+    channels = crsf.encode((992,) * 16)
+    swallowing = bytes((0xC8, 40, 0x21)) + channels + bytes(11)
+    data = swallowing + bytes((crsf.crc8(swallowing[2:]),))
+    decoder = rc_decode.decoder("crsf")
+    # Delivered with its last byte, although the other frame is not complete yet.
+    assert decoder.feed(data[:29]) == [RcNoise(0, 3, "cut"), RcFrame(3, 26, (992,) * 16)]
+    streams.check_stream(lambda: rc_decode.decoder("crsf"), data)
+
+
+@pytest.mark.parametrize("address", [0xC8, 0xEE, 0xEA, 0xEC, 0x00])
+def test_crsf_takes_every_address_of_the_reference(address):
+    assert decode("crsf", crsf.encode((992,) * 16, address=address)) == [RcFrame(0, 26, (992,) * 16)]
+
+
+def test_valid_crsf_frames_of_other_types_are_neither_channels_nor_noise():
+    data = crsf.encode_frame(0x08, bytes(8)) + crsf.encode_frame(0x99, b"\x01\x02")
+    assert decode("crsf", data) == [RcOther(0, 12, "battery"), RcOther(12, 6, "type 0x99")]

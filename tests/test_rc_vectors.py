@@ -1,0 +1,89 @@
+"""Single frames from receivers, publications and other projects' tests: exact values, and what must be refused."""
+
+import json
+
+import pytest
+from streams import KNOWN_RC
+
+from bench import rc_decode
+from bench.messages import RcFrame, RcLinkStatistics, RcNoise, RcOther
+from bench.rc import crsf, sbus
+
+
+def vectors(protocol):
+    described = json.loads((KNOWN_RC / f"vectors-{protocol}-1.json").read_text(encoding="utf-8"))
+    return [pytest.param(vector, id=vector["id"]) for vector in described["vectors"]]
+
+
+def decode(protocol, data):
+    decoder = rc_decode.decoder(protocol)
+    return decoder.feed(data) + decoder.finish()
+
+
+@pytest.mark.parametrize("vector", vectors("sbus"))
+def test_sbus_vector(vector):
+    data, expect = bytes.fromhex(vector["hex"]), vector["expect"]
+    frame = RcFrame(0, 25, tuple(expect["channels"]), bool(expect["failsafe"]), bool(expect["frame_lost"]))
+    assert decode("sbus", data) == [frame]
+    flags = expect["ch17"] | expect["ch18"] << 1 | expect["upper_flag_bits"] << 4
+    assert data == sbus.encode(
+        expect["channels"], frame.failsafe, frame.frame_lost, other_flags=flags, footer=expect["footer"]
+    )
+
+
+@pytest.mark.parametrize("vector", vectors("crsf"))
+def test_crsf_vector(vector):
+    data, expect = bytes.fromhex(vector["hex"]), vector["expect"]
+    events = decode("crsf", data)
+    if not expect["valid"]:
+        assert events
+        assert not [event for event in events if not isinstance(event, RcNoise)]
+        return
+    length = len(data)
+    if "channels" in expect:
+        assert events == [RcFrame(0, length, tuple(expect["channels"]))]
+        assert data == crsf.encode(expect["channels"], address=expect["address"])
+    elif "link" in expect:
+        link = expect["link"]
+        rssi_dbm = link["up_rssi_2_dbm"] if link["antenna"] else link["up_rssi_1_dbm"]
+        assert events == [RcLinkStatistics(0, length, link["up_lq"], rssi_dbm, link["up_snr_db"])]
+    else:
+        (other,) = events
+        assert isinstance(other, RcOther)
+        assert (other.offset, other.length) == (0, length)
+    assert data == crsf.encode_frame(expect["type"], data[3:-1], address=expect["address"])
+
+
+@pytest.mark.parametrize("protocol", ["sbus", "crsf"])
+def test_all_vectors_of_a_protocol_laid_end_to_end(protocol):
+    """Nothing is said about silence between them, and a frame without its last byte is one of CRSF's."""
+    described = [vector.values[0] for vector in vectors(protocol)]
+    data = b"".join(bytes.fromhex(vector["hex"]) for vector in described)
+    frames = [
+        (vector["offset"], tuple(vector["expect"]["channels"]))
+        for vector in described
+        if "channels" in vector["expect"] and vector["expect"].get("valid", True)
+    ]
+    found = [(e.offset, e.channels) for e in decode(protocol, data) if isinstance(e, RcFrame)]
+    assert found == frames
+
+
+def test_a_crsf_frame_decodes_behind_junk():
+    """As esp-fc tests it."""
+    vector = next(v.values[0] for v in vectors("crsf") if v.id == "esp-fc-1")
+    data = bytes.fromhex("a104c509") + bytes.fromhex(vector["hex"])
+    assert decode("crsf", data) == [RcNoise(0, 4, "header"), RcFrame(4, 26, tuple(vector["expect"]["channels"]))]
+
+
+def test_an_sbus_frame_decodes_behind_a_zero():
+    """As zklapow/sbus publishes its stream."""
+    vector = next(v.values[0] for v in vectors("sbus") if v.id == "zklapow-1")
+    data = b"\x00" + bytes.fromhex(vector["hex"])
+    assert decode("sbus", data) == [RcNoise(0, 1, "header"), RcFrame(1, 25, tuple(vector["expect"]["channels"]))]
+
+
+# Document 004's frame, with the words of the reference page.
+def test_uart12_frame_by_hand():
+    data = bytes.fromhex("aa 0800 0800 0400 0c00 01 00 55")
+    assert decode("uart12", data) == [RcFrame(0, 12, (2048, 2048, 1024, 3072, 1, 0))]
+    assert rc_decode.encode("uart12", (2048, 2048, 1024, 3072, 1, 0)) == data
