@@ -328,7 +328,7 @@ class Table:
             value = float(value)
         if type(value) is not kind:
             raise self.fail(name, f"expected {_KIND_NAMES[kind]}, got {value!r}")
-        if kind is float and not math.isfinite(value):
+        if isinstance(value, float) and not math.isfinite(value):
             raise self.fail(name, f"expected a finite number, got {value}")
         return value
 

@@ -47,9 +47,8 @@ def main() -> None:
         speed_mps = bench.world.plant.twist.vx_mps
 
     print(f"forward      the robot went {driven.x_m:+.3f} m ahead and {driven.y_m:+.4f} m to the side")
-    print(
-        f"link lost    it went {stopped.x_m - driven.x_m:.3f} m further, now {speed_mps:.3f} m/s: {bench.base.link.reason}"
-    )
+    further_m = stopped.x_m - driven.x_m
+    print(f"link lost    it went {further_m:.3f} m further, now {speed_mps:.3f} m/s: {bench.base.link.reason}")
     assert driven.x_m > 0.2
     assert speed_mps == 0.0
     assert not bench.base.drive.armed

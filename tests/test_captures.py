@@ -3,6 +3,7 @@
 import json
 import math
 from bisect import bisect_right
+from itertools import pairwise
 
 import pytest
 
@@ -25,7 +26,7 @@ def crossfire(captures):
 
 
 def test_every_frame_of_the_crossfire_drive_is_seen_and_no_other(crossfire):
-    described, ticks, link = crossfire
+    described, _, link = crossfire
     assert link.frames == described["frames"]["count"] == 1606
     assert (link.noise_bytes, link.flagged_frames) == (0, 0)
 
@@ -65,7 +66,7 @@ def test_the_crossfire_drive_pushes_the_robot_the_way_the_sticks_say(crossfire, 
 def test_the_crossfire_drive_displaces_the_robot(crossfire):
     _, ticks, _ = crossfire
     path = [pose for _, _, pose in ticks[::10]]
-    assert sum(math.dist(a[:2], b[:2]) for a, b in zip(path, path[1:], strict=False)) > 0.1
+    assert sum(math.dist(a[:2], b[:2]) for a, b in pairwise(path)) > 0.1
     assert max(abs(raw) for out, _, _ in ticks for raw in decode_command(out.can_commands[0][1])) > 200
 
 

@@ -14,6 +14,7 @@ vx_mps = 0.25
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from bench.config import ConfigError, Table, read_toml
@@ -50,7 +51,7 @@ def load_scenario(path: Path) -> Scenario:
             twist = BodyTwist(*(entry.get(key, float, 0.0) for key in ("vx_mps", "vy_mps", "omega_radps")))
             core.append((round(entry.get("at_s", float) * 1000), twist))
             entry.refuse_rest()
-    if any(later[0] <= earlier[0] for earlier, later in zip(core, core[1:], strict=False)):
+    if any(later[0] <= earlier[0] for earlier, later in pairwise(core)):
         raise data.fail("core", "the times at_s must rise from entry to entry")
     scenario = Scenario(
         path=path,

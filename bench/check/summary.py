@@ -87,8 +87,8 @@ class Summary:
         )
         x, y, heading = self.end
         lines = [
-            f"drove     {self.path_m:.2f} m and turned {math.degrees(self.turn_rad):.0f} deg in {self.ticks / 1000:.1f} s;"
-            f" stands at x {x:+.3f} m, y {y:+.3f} m, {math.degrees(heading):+.1f} deg",
+            f"drove     {self.path_m:.2f} m and turned {math.degrees(self.turn_rad):.0f} deg"
+            f" in {self.ticks / 1000:.1f} s; stands at x {x:+.3f} m, y {y:+.3f} m, {math.degrees(heading):+.1f} deg",
             f"odometry  off by {self.odometry_off_m * 1000:.2f} mm and {math.degrees(self.odometry_off_rad):.3f} deg"
             " at the end",
             f"rc        {frames}",

@@ -30,10 +30,9 @@ def run(args: argparse.Namespace) -> int:
             print(json.dumps(facts))
         else:
             print(f"{name:12} {robot.about}")
-            rc = robot.rc.name if robot.rc else "none"
-            print(
-                f"{'':12} {len(robot.wheels)} wheels, {robot.motor.kind}, {robot.limits.current_a:g} A, transmitter {rc}"
-            )
+            rc = facts["rc"] or "none"
+            motors = f"{len(robot.wheels)} wheels, {robot.motor.kind}, {robot.limits.current_a:g} A"
+            print(f"{'':12} {motors}, transmitter {rc}")
     if not args.json:
         print(f"\nyour own: --robot my_robot.toml (copy one of bench/robots/). Profiles: {', '.join(profile_names())}")
     return 0
