@@ -317,6 +317,7 @@ def test_equal_files_of_different_length_differ(tmp_path):
         (frame(0x202, "05230081002D0000"), {"_rpm": 5, "speed_rpm": 2}, True),
         (frame(0x202, "05230080002D0000"), {"_rpm": 5, "speed_rpm": 2}, False),
         (frame(0x202, "05240083002D0001"), {"angle_counts": 3}, False),  # what has no field has no tolerance
+        (frame(0x202, "05240083002D0100"), {"angle_counts": 3}, False),
         (frame(0x202, "05240083002D00"), {"angle_counts": 3}, False),
         (frame(0x202, "05240083002F0000"), {"angle_counts": 3}, False),
         (frame(0x202, ""), {"_counts": 9999, "_rpm": 9999, "_ma": 9999}, False),
@@ -381,6 +382,10 @@ def test_slamware_answers_are_compared_by_field_where_they_decode(tmp_path):
     two = {120: put(base_to_core=answer(0.01, 0.0, 0.0) + answer(0.02, 0.0, 0.0))}
     three = {120: put(base_to_core=answer(0.01, 0.0, 0.0) + answer(0.02, 0.00003, 0.0))}
     assert compared(tmp_path / "e", three, two, **TOLERANCES).first.field == "frame 2 dy_m"
+    # With the start of a further frame behind it, nobody knows what it will be: bytes.
+    ahead = {120: put(base_to_core=answer(0.010, -0.002, 0.05) + b"\x50")}
+    near_ahead = {120: put(base_to_core=answer(0.010001, -0.002, 0.05) + b"\x50")}
+    assert compared(tmp_path / "f", near_ahead, ahead, **TOLERANCES).first.field.startswith("byte ")
 
 
 def test_tolerated_differences_are_still_told(tmp_path):

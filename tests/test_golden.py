@@ -132,6 +132,14 @@ def test_a_golden_that_somebody_edited_is_not_trusted(tmp_path, name):
     assert verdict(run, golden).identical
 
 
+def test_a_golden_that_lost_a_file_is_not_trusted(tmp_path):
+    run = run_in(tmp_path / "a")
+    pin(run.directory, tmp_path / "golden")
+    (tmp_path / "golden" / "robot.toml").unlink()
+    with pytest.raises(RecordingError, match=r"golden/robot\.toml: is not what was pinned"):
+        verdict(run, tmp_path / "golden")
+
+
 def test_a_file_that_was_put_into_a_golden_is_not_trusted(tmp_path):
     run = run_in(tmp_path / "a")
     pin(run.directory, tmp_path / "golden")

@@ -301,8 +301,10 @@ recorder.close()
     assert (tmp_path / "run" / "can.log").stat().st_size == 40_000
     assert 200 < run.ticks < 300
     (tmp_path / "whole").mkdir()
-    whole = list(as_outputs(record(tmp_path / "whole" / "run", made_run(300))))
-    assert list(as_outputs(run)) == whole[: run.ticks]
+    whole = record(tmp_path / "whole" / "run", made_run(300))
+    assert list(as_outputs(run)) == list(as_outputs(whole))[: run.ticks]
+    for name in ("rc.log", "slamware.log", "state.csv", "can.log"):  # nothing was written twice
+        assert whole.content(name).startswith(run.content(name))
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
