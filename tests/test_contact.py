@@ -1,6 +1,7 @@
 """The floor solver against the laws that it must satisfy, whatever the state, the layout and its history."""
 
 import math
+from random import Random
 
 import pytest
 from bases import m2006, mecanum, omni3, omni4
@@ -117,6 +118,34 @@ def test_a_steady_drive_needs_no_search(layout):
         velocity = contact.solve(*velocity, wheels)
         searched += contact.sweeps > 0
     assert searched <= 3, f"{searched} of 500 steps with {count} equal torques left the kept inverse"
+
+
+def test_a_robot_held_by_its_rolling_loss_needs_no_search():
+    contact = contact_of("004")
+    wheels = [(2.3e-5, DRY, 6.2e-3), (0.0, DRY, 3.2e-3), (-2.3e-5, DRY, 6.2e-3)]  # 3 mN m more than the dry friction
+    sweeps = []
+    for _ in range(20):
+        assert contact.solve(0.0, 0.0, 0.0, wheels) == (0.0, 0.0, 0.0)
+        sweeps.append(contact.sweeps)
+    assert sum(sweeps[1:]) == 0, sweeps
+    assert any(across for _, across in contact.impulses_ns)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_jump_of_the_torques_is_settled_in_a_few_sweeps(layout):
+    contact = contact_of(layout)
+    random = Random(1)
+    velocity = (0.0, 0.0, 0.0)
+    sweeps = []
+    for _ in range(100):
+        torques = [random.uniform(-3e-4, 3e-4) for _ in contact.speeds_radps]
+        for _ in range(20):
+            wheels = [(1.2e-3 * w + t, DRY, 4e-3) for w, t in zip(contact.speeds_radps, torques, strict=True)]
+            velocity = contact.solve(*velocity, wheels)
+            sweeps.append(contact.sweeps)
+    searches = sorted(filter(None, sweeps))
+    assert len(searches) < 0.3 * len(sweeps)
+    assert searches[len(searches) // 2] <= 3
 
 
 def test_all_wheels_at_rest_hold_the_body_at_exactly_rest():

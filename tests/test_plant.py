@@ -294,10 +294,19 @@ def test_coasting_ends_when_the_closed_form_says_and_in_an_exact_stop():
     assert plant.wheel_speeds_radps == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize("heading_rad", [0.0, 0.3, 1.9, -2.6])
+@pytest.mark.parametrize("twist", [(0.3, 0.2, 4.0), (-0.1, 0.4, -9.0), (0.0, 0.0, 3.0)])
+def test_any_coasting_ends_in_an_exact_stop(heading_rad, twist):
+    plant = Plant(m2006(), arena=None, pose=Pose(0.0, 0.0, heading_rad), twist=BodyTwist(*twist))
+    pose = run(plant, (0.0, 0.0, 0.0), 2000).pose
+    assert plant.twist == (0.0, 0.0, 0.0)
+    assert run(plant, (0.0, 0.0, 0.0), 50).pose == pose
+
+
 @pytest.mark.parametrize("robot", [m2006(), omni4(), mecanum()], ids=["m2006", "omni4", "mecanum"])
 @settings(deadline=None, max_examples=15)
 @given(vx=st.floats(-3, 3), vy=st.floats(-3, 3), omega=st.floats(-20, 20))
-def test_without_current_energy_never_grows_and_the_robot_stops(robot, vx, vy, omega):
+def test_without_current_energy_never_grows(robot, vx, vy, omega):
     plant = Plant(robot, arena=Arena(2.0, 2.0), twist=BodyTwist(vx, vy, omega))
     currents = (0.0,) * len(robot.wheels)
     energy = kinetic_energy(plant, robot)
@@ -367,6 +376,21 @@ def test_no_impact_gets_through_a_wall(speed_mps, direction_deg):
     assert 0.0 < deepest <= speed_mps * DT + 2e-4
     assert abs(x) <= 0.25 - 0.08 + 2e-4
     assert abs(y) <= 0.2 - 0.08 + 2e-4
+
+
+def test_walls_are_as_elastic_and_as_rough_as_the_arena_says():
+    def after_impact(arena: Arena, vy_mps: float) -> BodyTwist:
+        plant = Plant(m2006(), arena, Pose(0.415, 0.0, 0.0), BodyTwist(1.0, vy_mps, 0.0))
+        while plant.twist.vx_mps > 0.5:
+            plant.step((0.0, 0.0, 0.0))
+        return plant.twist
+
+    assert after_impact(Arena(1.0, 0.8, restitution=0.5), 0.0).vx_mps == pytest.approx(-0.5, abs=0.01)
+    assert after_impact(Arena(1.0, 0.8, restitution=0.0), 0.0).vx_mps == pytest.approx(0.0, abs=0.01)
+    # Sliding to the left along a wall ahead: its friction acts to the right of the body's front, clockwise.
+    smooth, rough = (after_impact(Arena(1.0, 0.8, friction=friction), 1.0) for friction in (0.0, 0.3))
+    assert rough.vy_mps < smooth.vy_mps - 0.2
+    assert rough.omega_radps < smooth.omega_radps - 2.0
 
 
 def test_after_an_impact_the_wheels_turn_on_and_report_motion_that_is_none():
