@@ -10,7 +10,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from bench.errors import EXIT_FAILED, BenchError
 from bench.io.clock import Pacer
@@ -30,15 +30,16 @@ class BenchStopped(BenchError):
 
 
 class Taker(Protocol):
-    """Whoever wants every tick: a recorder, a comparison."""
+    """Whoever wants every tick: a recorder, a comparison, a summary. One that has a `close` is told of the end."""
 
     def add(self, out: TickOutput) -> None:
         """Take one tick."""
         ...
 
-    def close(self) -> None:
-        """The run is over."""
-        ...
+
+@runtime_checkable
+class _Closing(Protocol):
+    def close(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,11 +138,12 @@ class InlineLink:
         return ticks
 
     def close(self) -> None:
-        """End the recording. A second call does nothing."""
+        """End the recording, and whatever else was told every tick. A second call does nothing."""
         if not self._closed:
             self._closed = True
             for taker in self._takers:
-                taker.close()
+                if isinstance(taker, _Closing):
+                    taker.close()
 
     def _run_one(self) -> None:
         bench = self.bench

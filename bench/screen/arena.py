@@ -55,8 +55,10 @@ class _View:
 def _draw(view: _View, scene: Scene, grid_m: float) -> None:
     canvas, snapshot = view.canvas, scene.snapshot
     half_length, half_width = scene.field_m[0] / 2, scene.field_m[1] / 2
-    for i in range(-int(half_length / grid_m), int(half_length / grid_m) + 1):
-        for k in range(-int(half_width / grid_m), int(half_width / grid_m) + 1):
+    # Not on the walls: there the frame is, or a line.
+    columns, rows = math.ceil(half_length / grid_m), math.ceil(half_width / grid_m)
+    for i in range(1 - columns, columns):
+        for k in range(1 - rows, rows):
             canvas.dot(*view.at(i * grid_m, k * grid_m), GRID)
     if scene.zoom:
         _walls(view, half_length, half_width)

@@ -36,7 +36,7 @@ class Place(NamedTuple):
 def arrange(
     width: int, height: int, *, wheels: int, aspect: float, replay: bool = False, page: str = LIVE
 ) -> dict[str, Place]:
-    """Panel -> place. `aspect` is the field's length by its width; `page` is LIVE, HELP or ENDED (a replay's summary)."""
+    """Panel -> place. `aspect` is the field's length by its width; `page` is LIVE, HELP, or ENDED (a run's summary)."""
     if width < SMALLEST[0] or height < SMALLEST[1]:
         return {"small": Place(0, 0, width, height)}
     places = {"title": Place(0, 0, width, 1), "footer": Place(0, height - 1, width, 1)}

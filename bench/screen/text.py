@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import TypeAlias
 
 PLAIN, LABEL, TITLE, KEY = "plain", "label", "title", "key"
-GOOD, WARN, BAD = "good", "warn", "bad"
+GOOD, WARN = "good", "warn"
 GOOD_BADGE, WARN_BADGE, BAD_BADGE = "good badge", "warn badge", "bad badge"
 ROBOT, GHOST, TRAIL, GRID = "robot", "ghost", "trail", "grid"
 ROLES = (
-    PLAIN, LABEL, TITLE, KEY, GOOD, WARN, BAD, GOOD_BADGE, WARN_BADGE, BAD_BADGE, ROBOT, GHOST, TRAIL, GRID,
+    PLAIN, LABEL, TITLE, KEY, GOOD, WARN, GOOD_BADGE, WARN_BADGE, BAD_BADGE, ROBOT, GHOST, TRAIL, GRID,
 )  # fmt: skip
 
 Span: TypeAlias = tuple[str, str]

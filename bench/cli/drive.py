@@ -1,0 +1,60 @@
+"""`wheelbench drive`: the dashboard. Drive the simulated robot by keyboard, or watch a recording run again."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+HELP = "the dashboard: drive the simulated robot by keyboard, or watch a recording"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's own arguments."""
+    parser.add_argument("--robot", metavar="R", help="a name that `wheelbench robots` lists, or a .toml file (m2006)")
+    parser.add_argument("--profile", metavar="P", help="the transmitter that the keys play: a name or a .toml file")
+    parser.add_argument("--record", metavar="DIR", type=Path, help="record the run")
+    parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
+    parser.add_argument("--replay", metavar="DIR", type=Path, help="show a recording instead; it runs again, checked")
+    parser.add_argument(
+        "--can",
+        choices=("sim", "recorded"),
+        default="sim",
+        help="with --replay: CAN feedback from the plant (default), or the recording's own",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Open the dashboard."""
+    from bench.cli.terminal import has_terminal
+    from bench.errors import SurroundingsError, UsageError
+
+    if args.replay is None and args.can != "sim":
+        raise UsageError("--can recorded: goes with --replay DIR; while driving, feedback comes from the plant")
+    if args.replay is not None and (args.robot is not None or args.profile is not None):
+        raise UsageError("--replay: a recording brings its own robot and profile; leave --robot and --profile out")
+    if not has_terminal():
+        raise SurroundingsError(
+            "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
+        )
+    from bench.check.run import Run, from_recording
+
+    if args.replay is not None:
+        job = from_recording(args.replay, recorded_can=args.can == "recorded")
+        recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
+        from bench.tui import show
+
+        return show(job, recorder)
+
+    from bench.check.recording import RunInfo
+    from bench.config import load_robot
+    from bench.loop import simulated
+    from bench.screen.keyboard import Keyboard
+
+    robot = load_robot(args.robot or "m2006", args.profile)
+    keyboard = Keyboard(robot.rc)
+    info = RunInfo(robot=robot.name, profile=robot.rc.name if robot.rc else None)
+    job = Run(title=robot.name, bench=simulated(robot), ticks=0, inputs=keyboard.inputs, info=info)
+    recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
+    from bench.tui import drive
+
+    return drive(job, keyboard, recorder)

@@ -1,0 +1,91 @@
+"""The one-line panels: title, a replay's progress, the keys."""
+
+from __future__ import annotations
+
+from bench.screen.scene import Hands, Scene
+from bench.screen.text import (
+    BAD_BADGE,
+    GOOD,
+    KEY,
+    LABEL,
+    PLAIN,
+    TITLE,
+    WARN,
+    WARN_BADGE,
+    Line,
+    both_ends,
+    fill_bar,
+    width_of,
+)
+
+HELP_AND_QUIT: Line = [("  ?", KEY), (" help", LABEL), ("  Esc", KEY), (" quit ", LABEL)]
+STOP: Line = [("Space", KEY), (" STOP", PLAIN)]
+
+
+def title(scene: Scene, width: int, height: int) -> list[Line]:
+    """What runs, and how its time runs."""
+    robot, pace = scene.robot, scene.pace
+    name = f" {robot.name}, {robot.rc.name if robot.rc else 'no RC'}"
+    if scene.replay is not None:
+        name = f" {scene.replay.title}{name}"
+    if scene.recording:
+        name += f"  ● REC {scene.recording}"
+    rate = pace.rate if pace.speed is None else pace.speed
+    speed = (" PAUSED ", WARN_BADGE) if pace.paused else (f" ×{rate:.2f}".ljust(8), TITLE)
+    time = f"  {scene.snapshot.tick / 1000:.3f} s "
+    long: Line = [(time, TITLE), speed, (f" late {pace.late_ticks:3d} ms, slipped {pace.slipped_ticks} ms ", TITLE)]
+    short: Line = [(time, TITLE), speed, (f" slipped {pace.slipped_ticks} ms ", TITLE)]
+    return [both_ends([(name, TITLE)], long if len(name) + width_of(long) <= width else short, width, TITLE)]
+
+
+def progress(scene: Scene, width: int, height: int) -> list[Line]:
+    """How far a replay has come, and what its golden says."""
+    replay = scene.replay
+    assert replay is not None
+    done, all_of_it = scene.snapshot.tick, max(1, replay.ticks)
+    bar = fill_bar(done / all_of_it, max(10, width // 5))
+    position = f"{done / 1000:.1f} of {all_of_it / 1000:.1f} s  "
+    role, mark = _verdict(replay.verdict)
+    verdict = (f"{mark} {replay.verdict} ", role) if replay.verdict else ("no golden to compare with", LABEL)
+    return [[(f" {bar} ", PLAIN), (position, LABEL), verdict]]
+
+
+def footer(scene: Scene, width: int, height: int) -> list[Line]:
+    """The keys, or for a moment a sentence about the last one. How to stop is always there."""
+    hands = scene.hands
+    always = HELP_AND_QUIT if hands is None else STOP + HELP_AND_QUIT
+    if scene.notice:
+        return [both_ends([(" " + scene.notice, WARN)], always, width)]
+    if hands is None:
+        pause = "go on" if scene.pace.paused else "pause"
+        pause = "go on" if scene.pace.paused else "pause"
+        return [both_ends(_keys(("P", pause), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]
+    line = _drive_keys(scene, hands, long=True)
+    if width_of(line) + width_of(always) > width:
+        line = _drive_keys(scene, hands, long=False)
+    return [both_ends(line, always, width)]
+
+
+def _drive_keys(scene: Scene, hands: Hands, *, long: bool) -> Line:
+    """Each key with what it would do, or what it has set: the words keep their width, so that nothing jumps."""
+    power = f"{hands.power_percent:3d} %"
+    arm = "disarm" if scene.snapshot.armed else "arm   "
+    radio = {None: "none", True: "on ", False: "OFF"}[hands.transmitter_on]
+    if not long:
+        return _keys(("WASDQE", power), ("Enter", arm), ("T", f"radio {radio}"), ("C", "arc"))
+    asks = "asks for an arc" if hands.core_asks else "asks to stand  "
+    drive, transmitter, core = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}"), ("C", f"core {asks}")
+    return _keys(drive, ("Enter", arm), transmitter, core, ("Z", "follow"))
+
+
+def _keys(*keys: tuple[str, str]) -> Line:
+    line: Line = []
+    for key, meaning in keys:
+        line += [(" · " if line else " ", LABEL), (key, KEY), (" " + meaning, LABEL)]
+    return line
+
+
+def _verdict(verdict: str) -> tuple[str, str]:
+    if verdict.startswith("identical"):
+        return GOOD, "✓"
+    return (WARN, "≈") if verdict.startswith("within") else (BAD_BADGE, " ✗")

@@ -1,0 +1,202 @@
+"""What happens between a person and a bench: keys in, ticks when they are due, a scene out. No Textual, no clock.
+
+A session drives by a keyboard or shows a run. It ends by a key, or by a failure; either way `over` is set, and the
+recording is closed. Leaving a drive stops the robot first: its recording ends with a base that has disarmed.
+"""
+
+from __future__ import annotations
+
+from bench.check.run import Run
+from bench.check.summary import Summary
+from bench.io.link import InlineLink
+from bench.plant import Arena
+from bench.screen.keyboard import MOTION, Keyboard
+from bench.screen.lamp import GoldenLamp
+from bench.screen.scene import Hands, Pace, Replay, Scene
+
+NOTICE_FRAMES = 50
+RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
+REST_TICKS = 1500
+"""Leaving a drive, the bench runs on until its base has disarmed, at most so long: a lost link takes half a second."""
+REST_STEP_TICKS = 10
+SWITCHES = ("space", "enter", "f", "t", "c")
+
+
+class Session:
+    """One bench and one person. `keyboard` drives it; without one the run `job` is shown as it is.
+
+    `over` says that it has ended; `failure` is what ended it, if that was no key.
+    """
+
+    def __init__(
+        self,
+        link: InlineLink,
+        *,
+        keyboard: Keyboard | None = None,
+        job: Run | None = None,
+        lamp: GoldenLamp | None = None,
+        summary: Summary | None = None,
+        recording: str = "",
+    ) -> None:
+        self.link = link
+        self.keyboard = keyboard
+        self.over = False
+        self.failure: Exception | None = None
+        self._job = job
+        self._lamp = lamp
+        self._summary = summary
+        self._recording = recording
+        arena = Arena()
+        self._field_m = (arena.length_m, arena.width_m)
+        self._help = False
+        self._zoom = False
+        self._notice = ""
+        self._notice_frames = 0
+        self._result: tuple[str, ...] = ()
+
+    # --- what comes in -------------------------------------------------------------------------------------------
+
+    def frame(self) -> None:
+        """A screen's frame has begun: run what is due."""
+        self._advance()
+        if self._notice_frames:
+            self._notice_frames -= 1
+        else:
+            self._notice = ""
+
+    def key(self, key: str) -> None:
+        """A press or a repeat: a lower-case letter, a sign, or one of the names space, enter, escape, up, down, ..."""
+        if self.over:
+            return
+        if key in MOTION or key in SWITCHES:
+            self._drive(key)
+        elif key in ("+", "-"):
+            self._say(self.keyboard.change_power(1 if key == "+" else -1) if self.keyboard else REPLAY_NOTICE)
+        elif key in ("[", "]"):
+            self._change_rate(-1 if key == "[" else 1)
+        elif key == "p":
+            self._pause()
+        elif key == "z":
+            self._zoom = not self._zoom
+        elif key == "?":
+            self._help = not self._help
+        elif key == "escape" and self._help:
+            self._help = False
+        elif key in ("escape", "ctrl+q", "ctrl+c"):
+            self.leave()
+
+    def hands_off(self) -> None:
+        """Nobody is at the keys: another window has them, or the program was asleep."""
+        if self.keyboard is not None:
+            self.keyboard.release()
+
+    def awake(self) -> None:
+        """The program was stopped and goes on: what passed meanwhile is no delay of ours."""
+        self.hands_off()
+        self.link.pacer.restart()
+
+    def leave(self) -> None:
+        """Stop the robot, close the recording, end."""
+        if self.over:
+            return
+        try:
+            if self.keyboard is not None:
+                self._come_to_rest(self.keyboard)
+            self.link.close()
+        except Exception as error:
+            self.failure = error
+        self.over = True
+
+    # --- what goes out -------------------------------------------------------------------------------------------
+
+    def scene(self) -> Scene:
+        """What is to be shown now."""
+        link, pacer, keyboard = self.link, self.link.pacer, self.keyboard
+        hands = replay = None
+        if keyboard is not None:
+            on = keyboard.transmitter.on if keyboard.transmitter is not None else None
+            hands = Hands(keyboard.sticks.power_percent, on, keyboard.core_asks)
+        elif self._job is not None:
+            verdict = self._lamp.text if self._lamp is not None else ""
+            replay = Replay(self._job.title, self._job.ticks, verdict, self._result)
+        return Scene(
+            robot=link.bench.robot,
+            snapshot=link.latest(),
+            wires=link.wires,
+            trail=link.trail,
+            pace=Pace(pacer.rate, pacer.speed, pacer.late_ticks, pacer.slipped_ticks, link.paused),
+            field_m=self._field_m,
+            hands=hands,
+            replay=replay,
+            recording=self._recording,
+            notice=self._notice,
+            help=self._help,
+            zoom=self._zoom,
+        )
+
+    # --- within --------------------------------------------------------------------------------------------------
+
+    def _drive(self, key: str) -> None:
+        keyboard, link = self.keyboard, self.link
+        if keyboard is None:
+            self._say(REPLAY_NOTICE)
+        elif link.paused and key != "space":
+            self._say("paused: P goes on")
+        else:
+            self._advance()  # the key belongs to the tick in which it was pressed, not to the last frame's
+            self._say(keyboard.press(key, link.now_tick, link.latest().armed))
+
+    def _pause(self) -> None:
+        if self._result:
+            self._say("the run has ended")
+            return
+        self.hands_off()
+        self.link.pause(not self.link.paused)
+
+    def _change_rate(self, step: int) -> None:
+        pacer = self.link.pacer
+        nearest = min(range(len(RATES)), key=lambda i: abs(RATES[i] - pacer.rate))
+        pacer.set_rate(RATES[max(0, min(len(RATES) - 1, nearest + step))])
+        self._say(f"time runs ×{pacer.rate:g}")
+
+    def _say(self, notice: str) -> None:
+        if notice:
+            self._notice, self._notice_frames = notice, NOTICE_FRAMES
+
+    def _advance(self) -> None:
+        link = self.link
+        if self.over or self._result:
+            return
+        slipped = link.pacer.slipped_ticks
+        try:
+            link.advance()
+            if link.ended:
+                self._end()
+        except Exception as error:  # raised again by whoever started the screen, once the terminal is back
+            self.failure = error
+            self.over = True
+            return
+        if link.pacer.slipped_ticks != slipped:
+            self.hands_off()  # away for longer than a burst: no key is held any more
+
+    def _end(self) -> None:
+        """The run that is shown has come to its last tick."""
+        self.link.close()
+        lines: list[str] = []
+        if self._lamp is not None:
+            self._lamp.finish(self.link.now_tick)
+            lines.append(f"golden    {self._lamp.text}")
+        if self._summary is not None and self._job is not None:
+            lines += self._summary.lines(self._job)
+        self._result = tuple(lines) or ("no more ticks",)
+
+    def _come_to_rest(self, keyboard: Keyboard) -> None:
+        link = self.link
+        keyboard.stop(link.now_tick, link.latest().armed)
+        for _ in range(REST_TICKS // REST_STEP_TICKS):
+            link.run(REST_STEP_TICKS)
+            if not link.latest().armed:
+                return
+
+
+REPLAY_NOTICE = "this is a replay: no key drives it"

@@ -1,0 +1,61 @@
+"""A scene -> the lines of each panel, for any size that `layout` gives. No Textual, no clock: tests compare text.
+
+To show a new value, put it in the `Scene`, add it to the panel that it belongs to, and look at the text snapshots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from bench.screen import layout
+from bench.screen.arena import arena
+from bench.screen.bars import footer, progress, title
+from bench.screen.pages import help_page, small, summary
+from bench.screen.scene import Scene
+from bench.screen.status import status
+from bench.screen.text import Line, fit, plain
+from bench.screen.wheels import wheels
+from bench.screen.wires import wires
+
+PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
+    "title": title,
+    "progress": progress,
+    "arena": arena,
+    "status": status,
+    "wheels": wheels,
+    "wires": wires,
+    "footer": footer,
+    "help": help_page,
+    "summary": summary,
+    "small": small,
+}
+"""Every panel by the name that `layout` uses: a function of scene, width and height."""
+
+
+def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
+    """Which panels this scene needs, and where they stand."""
+    replay = scene.replay
+    page = layout.HELP if scene.help else layout.ENDED if replay is not None and replay.summary else layout.LIVE
+    length_m, width_m = scene.field_m
+    return layout.arrange(
+        width,
+        height,
+        wheels=len(scene.robot.wheels),
+        aspect=length_m / width_m,
+        replay=replay is not None,
+        page=page,
+    )
+
+
+def draw(panel: str, scene: Scene, width: int, height: int) -> list[Line]:
+    """A panel's lines: at most `height` of them, each exactly `width` cells."""
+    return [fit(line, width) for line in PANELS[panel](scene, width, height)[:height]]
+
+
+def picture(scene: Scene, width: int, height: int) -> list[str]:
+    """The whole screen as text, as the app puts it together."""
+    rows = [[" "] * width for _ in range(height)]
+    for name, place in places(scene, width, height).items():
+        for row, line in enumerate(draw(name, scene, place.width, place.height), place.y):
+            rows[row][place.x : place.x + place.width] = plain(line)
+    return ["".join(row).rstrip() for row in rows]

@@ -1,0 +1,79 @@
+"""The last frame of each wire in words, one line each: how old it is and what it says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from bench import m2006
+from bench.messages import CanFrame
+from bench.screen.scene import Scene
+from bench.screen.text import LABEL, PLAIN, Line
+from bench.slamware import summary
+
+T = TypeVar("T")
+
+NAME_WIDTH = 9
+AGE_WIDTH = 7
+
+
+def wires(scene: Scene, width: int, height: int) -> list[Line]:
+    """RC, CAN both ways, the control bus both ways; with a heading where there is room for it."""
+    last = scene.wires
+    room = width - 1 - NAME_WIDTH - AGE_WIDTH - 2
+    now = scene.snapshot.tick - 1
+    lines = [
+        _line("rc", now, last.rc, lambda data: _rc(scene, data, room)),
+        _line("command", now, last.can_commands, _commands),
+        _line("feedback", now, last.can_feedback, lambda frames: _feedback(frames, room)),
+        _line("request", now, last.core_to_base, summary),
+        _line("answer", now, last.base_to_core, summary),
+    ]
+    if height > len(lines):
+        lines.insert(0, [(f" {'wire':{NAME_WIDTH}}{'ago':>{AGE_WIDTH}}  last frame", LABEL)])
+    return lines
+
+
+def _line(name: str, now: int, last: tuple[int, T] | None, words: Callable[[T], str]) -> Line:
+    age, text = (_age(now - last[0]), words(last[1])) if last is not None else ("never", "")
+    return [(f" {name:{NAME_WIDTH}}{age:>{AGE_WIDTH}}  ", LABEL), (text, PLAIN)]
+
+
+def _age(milliseconds: int) -> str:
+    if milliseconds < 1000:
+        return f"{milliseconds} ms"
+    return f"{milliseconds / 1000:.1f} s" if milliseconds < 100_000 else f"{milliseconds // 1000} s"
+
+
+def _rc(scene: Scene, data: bytes, room: int) -> str:
+    frame = scene.snapshot.rc_frame
+    channels = " ".join(map(str, frame.channels)) if frame else "no frame yet"
+    raw = data.hex(" ").upper()
+    return f"{channels}   {raw}" if len(channels) + 3 + len(raw) <= room else channels
+
+
+def _commands(frames: Sequence[CanFrame]) -> str:
+    parts = []
+    for can_id, data in frames:
+        currents = m2006.decode_command(data)
+        words = " ".join(f"{current:+5d}" for current in currents) + " mA" if currents else data.hex(" ").upper()
+        parts.append(f"{can_id:03X} {words}")
+    return "   ".join(parts)
+
+
+def _feedback(frames: Sequence[CanFrame], room: int) -> str:
+    """Every ESC's frame; with less room the units go first, then the angle."""
+    fields = [(can_id, m2006.decode_feedback(data)) for can_id, data in frames]
+    wide, middle, narrow = [], [], []
+    for can_id, values in fields:
+        if values is None:
+            return "   ".join(f"{one:03X} {data.hex(' ').upper()}" for one, data in frames)
+        angle, rpm, current = values
+        wide.append(f"{can_id:03X} {angle:4d} cnt {rpm:+6d} rpm {current:+5d} mA")
+        middle.append(f"{can_id:03X} {rpm:+6d} rpm {current:+5d} mA")
+        narrow.append(f"{can_id:03X} {rpm:+d}/{current:+d}")
+    for parts in (wide, middle):
+        text = "   ".join(parts)
+        if len(text) <= room:
+            return text
+    return "  ".join(narrow) + " rpm/mA"
