@@ -228,5 +228,5 @@ def encode_frame(kind: int, payload: bytes, *, address: int = FLIGHT_CONTROLLER)
         raise ValueError(f"crsf: type is {kind}; expected 0 to 255")
     if len(payload) > _MAX_LENGTH - _MIN_LENGTH:
         raise ValueError(f"crsf: payload of {len(payload)} bytes; expected at most {_MAX_LENGTH - _MIN_LENGTH}")
-    body = bytes((kind, *payload))
-    return bytes((address, len(body) + 1, *body, crc8(body)))
+    body = bytes((kind,)) + payload
+    return bytes((address, len(body) + 1)) + body + bytes((crc8(body),))

@@ -25,6 +25,8 @@ NOISE_RUN_BYTES = 1024
 PAUSE_BYTES = 5
 """A silence longer than this many byte times ends a frame (PX4, Betaflight and ArduPilot use 4 to 30 of them)."""
 
+_NUMBER = (int, float)  # as a tuple: `int | float` would be made anew in every feed
+
 
 @dataclass(slots=True)
 class Counters:
@@ -79,11 +81,15 @@ class Decoder(ABC):
             if data:
                 self._last_us = None
                 self._push(data, out)
-        elif isinstance(at_us, int | float):
+        elif isinstance(at_us, _NUMBER):
             last_us = self._last_us
-            # The first byte of a piece came earlier than its last one, which is the one that has a time.
-            if last_us is not None and at_us - last_us > self.pause_us + self.byte_us * max(0, len(data) - 1):
-                self._end(out)
+            if last_us is not None:
+                gap_us = at_us - last_us
+                if data:
+                    # The first byte of a piece came earlier than its last one, which is the one that has a time.
+                    gap_us -= self.byte_us * (len(data) - 1)
+                if gap_us > self.pause_us:
+                    self._end(out)
             if data:
                 self._last_us = at_us
                 self._push(data, out)
@@ -192,8 +198,11 @@ def unpack_channels(packed: bytes) -> tuple[int, ...]:
 
 def pack_channels(protocol: str, channels: Sequence[int]) -> bytes:
     """16 channels of 11 bits to 22 bytes. Raises ValueError outside of 0 to 2047, or on another count."""
-    check_channels(protocol, channels, (2047,) * 16)
-    packed = 0
-    for i, raw in enumerate(channels):
-        packed |= raw << 11 * i
+    packed = seen = 0
+    for raw in reversed(channels):
+        packed = packed << 11 | raw
+        seen |= raw
+    # One look at all bits together; only what is wrong is looked at again, to say what.
+    if len(channels) != 16 or not 0 <= seen <= 2047:
+        check_channels(protocol, channels, (2047,) * 16)
     return packed.to_bytes(22, "little")

@@ -64,10 +64,12 @@ class SbusDecoder(Decoder):
                 elif (footer := buf[end - 1]) not in FOOTERS:
                     reason = "footer"
                 else:
+                    believed: bool | None = True
                     # The usual case first; everything else that may follow a frame is rare.
-                    believed = True if end < size and buf[end] == HEADER else _followed(buf, end, footer, closed)
-                    if believed is None:
-                        return at
+                    if end == size or buf[end] != HEADER:
+                        believed = _followed(buf, end, footer, closed)
+                        if believed is None:
+                            return at
                     channels = unpack_channels(buf[at + 1 : at + 23])
                     if not believed:
                         reason = "successor"
@@ -107,14 +109,15 @@ class SbusDecoder(Decoder):
         return at
 
     def _accept(self, offset: int, channels: tuple[int, ...], flags: int, footer: int, out: list[RcEvent]) -> None:
-        failsafe, frame_lost = flags & FAILSAFE != 0, flags & FRAME_LOST != 0
-        out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, failsafe, frame_lost)))
         counters = self.counters
         counters.frames += 1
-        if failsafe:
-            counters.failsafe += 1
-        if frame_lost:
-            counters.frame_lost += 1
+        if flags & (FAILSAFE | FRAME_LOST):
+            failsafe, frame_lost = flags & FAILSAFE != 0, flags & FRAME_LOST != 0
+            counters.failsafe += failsafe
+            counters.frame_lost += frame_lost
+            out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, failsafe, frame_lost)))
+        else:
+            out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, False, False)))
         self._expected_at = offset + _LENGTH
         self._last_channels = channels
         if footer:
@@ -182,4 +185,4 @@ def encode(
     if footer not in FOOTERS:
         raise ValueError(f"sbus: footer is {footer:#x}; expected one of 0x0, 0x4, 0x14, 0x24, 0x34")
     flags = other_flags | (FAILSAFE if failsafe else 0) | (FRAME_LOST if frame_lost else 0)
-    return bytes((HEADER, *packed, flags, footer))
+    return b"\x0f" + packed + bytes((flags, footer))
