@@ -33,8 +33,6 @@ TOLERANCE_MPS = 1e-12
 """Sweeps end with the one in which no row changed its contact speed by more, if the modes did not settle it before."""
 MAX_SWEEPS = 1000
 """Cap of the sweeps of one step, so that a step's work is bounded. The last sweep's result is then used as it is."""
-RETRY_SWEEPS = 8
-"""Settled modes that did not pass are tried again after so many sweeps, with better impulses of the surplus rows."""
 MAX_SHAPES = 4096
 """Inverses that are kept. Three wheels have at most 216, and a drive uses some 30."""
 DEPENDENT_BELOW = 1e-9
@@ -63,7 +61,7 @@ class Contact:
 
     __slots__ = (
         "_checks", "_grip", "_inverse", "_kept", "_known", "_mass", "_pushes", "_rolling", "_rows", "_sweep_rows",
-        "_yaw_inertia", "impulses_ns", "speeds_radps", "standing", "sweeps",
+        "_yaw_inertia", "impulses_ns", "speeds_radps", "sweeps",
     )  # fmt: skip
 
     def __init__(
@@ -90,8 +88,6 @@ class Contact:
         self.speeds_radps = kinematics.wheel_speeds(twist)
         """Wheel speeds at the end of the last step; rolling with `twist` before the first."""
         self.impulses_ns: list[Impulses] = [(0.0, 0.0)] * len(wheels)
-        self.standing = False
-        """Every wheel stands, and so does the body."""
         self.sweeps = 0
         """Gauss-Seidel sweeps of the last step: 0 where the modes of the step before still held."""
         self._known: dict[tuple[Mode, ...], tuple[Matrix, list[tuple[Row, Row]]]] = {}
@@ -129,37 +125,35 @@ class Contact:
 
         speeds = []
         impulses = []
-        for (drive, roll, ax, ay, arm, arm_across, per_rc, stiffness, grip, loss, fixed), (momentum, dry, load) in zip(  # noqa: B905
-            self._checks, wheels
-        ):
+        for check, (momentum, dry, load) in zip(self._checks, wheels):  # noqa: B905
+            drive, roll, ax, ay, arm, arm_across, per_rc, stiffness, grip, sliding, fixed = check
             grip *= load
-            if drive == 1.0 or drive == -1.0:
+            if per_rc:  # is 0 unless the wheel rolls
                 u = ax * new_vx + ay * new_vy + arm * new_omega
                 along = (momentum - drive * dry) * per_rc - stiffness * u
                 if u * drive < 0.0 or along > grip or along < -grip:
                     return None
                 speed = u * per_rc
-            elif drive == 0.0:
-                (kept, _), ((hx, hy, hw), _), rc, _ = fixed
-                along = kept - (hx * px + hy * py + hw * pw)
-                if not (-grip <= along <= grip and -dry <= momentum - rc * along <= dry):
-                    return None
-                speed = 0.0
-            else:
+            elif drive:
                 _, _, rc, per_inertia = fixed
                 along = grip if drive > 0.0 else -grip
                 speed = _free_speed(momentum - rc * along, dry, per_inertia)
                 if (ax * new_vx + ay * new_vy + arm * new_omega - rc * speed) * drive > 0.0:
                     return None
-            loss *= load
+            else:
+                (kept, _), ((hx, hy, hw), _), rc, _ = fixed
+                along = kept - (hx * px + hy * py + hw * pw)
+                if not (-grip <= along <= grip and -dry <= momentum - rc * along <= dry):
+                    return None
+                speed = 0.0
             if roll:
                 if (ax * new_vy - ay * new_vx + arm_across * new_omega) * roll < 0.0:
                     return None
-                across = -roll * loss
+                across = sliding * load
             else:
                 (_, kept), (_, (hx, hy, hw)), _, _ = fixed
                 across = kept - (hx * px + hy * py + hw * pw)
-                if not -loss <= across <= loss:
+                if abs(across) > self._rolling * load:
                     return None
             speeds.append(speed)
             impulses.append((along, across))
@@ -180,7 +174,7 @@ class Contact:
         tried: list[Mode] = []
         for sweep in range(1, MAX_SWEEPS + 1):
             self.sweeps = sweep
-            before, modes = modes, []
+            modes = []
             solved = []
             largest = 0.0
             for row, (k, k_across, softened), (momentum, dry, load), (along, across) in zip(
@@ -221,7 +215,7 @@ class Contact:
                 solved.append((new, new_across))
             impulses = solved
             # Sweeps have the modes long before they have the numbers; the inverse then has the numbers at once.
-            if modes == before and (modes != tried or sweep % RETRY_SWEEPS == 0):
+            if modes != tried:
                 tried = modes
                 self._adopt(modes, impulses)
                 found = self._direct(*start, wheels)
@@ -232,7 +226,7 @@ class Contact:
 
         self._adopt(modes, impulses)
         self.impulses_ns = impulses
-        if self.standing:
+        if all(drive == STANDS for drive, _ in modes):
             vx = vy = omega = 0.0  # three independent drive rows at rest leave the body nothing but rounding
         self.speeds_radps = []
         for row, (drive, _), (momentum, dry, _), (along, _) in zip(self._rows, modes, wheels, impulses, strict=True):
@@ -254,21 +248,18 @@ class Contact:
                 self._known.clear()
             self._known[shape] = self._invert(shape)
         self._inverse, reactions = self._known[shape]
-        self.standing = all(drive == STANDS for drive, _ in modes)
         self._pushes = []
         self._checks = []
         px = py = pw = 0.0
         for (drive, roll), row, reaction, (along, across) in zip(modes, self._rows, reactions, impulses, strict=True):
             ax, ay, arm, arm_across, rc, per_rc, stiffness, per_inertia = row
-            # What the body gets: this for each N m s of drive, this for each N s of load, and this in any case. Where
-            # more rows are fixed than the body has freedoms, the surplus ones keep the impulse that they have.
+            # What the body gets for each N m s that drives a rolling wheel, for each N s of load, and in any case: the
+            # impulses that fixed rows have now. Where more rows are fixed than the body has freedoms, the surplus
+            # ones keep theirs; what changes is carried by the others.
             driven = per_rc if abs(drive) == ROLLS else 0.0
             slipping = drive / SLIPS * self._grip if abs(drive) == SLIPS else 0.0
             sliding = -roll * self._rolling
-            kept = (
-                along if drive == STANDS and not any(reaction[0]) else 0.0,
-                across if roll == HOLDS and not any(reaction[1]) else 0.0,
-            )
+            kept = (along if drive == STANDS else 0.0, across if roll == HOLDS else 0.0)
             self._pushes.append(
                 (
                     drive,
@@ -284,7 +275,7 @@ class Contact:
             py += ay * kept[0] + ax * kept[1]
             pw += arm * kept[0] + arm_across * kept[1]
             self._checks.append(
-                (drive, roll, ax, ay, arm, arm_across, per_rc, stiffness, self._grip, self._rolling,
+                (drive, roll, ax, ay, arm, arm_across, driven, stiffness, self._grip, sliding,
                  (kept, reaction, rc, per_inertia))
             )  # fmt: skip
         self._kept = px, py, pw

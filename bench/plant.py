@@ -38,8 +38,6 @@ COLLISION_SLOP_M = 1e-4
 """Overlap that the engine leaves alone. Its own default of 0.1 is meant for pixels."""
 COLLISION_BIAS = (1.0 - 0.3) ** 60
 """Share of an overlap left after a second: an impact at 5 m/s ends 5 mm deep and is back in 0.1 s."""
-DUST = 1e-12
-"""What rounding leaves of a velocity (m/s, rad/s) that a force stops; a standing robot's is set to exactly zero."""
 TIPPING_MARGIN = 1.0 - 1e-12
 """Keeps a lifted wheel's load from rounding below zero."""
 
@@ -171,8 +169,6 @@ class Plant:
         self._angle = body.angle
         self._velocity = body.velocity
         self._omega = body.angular_velocity
-        if contact.standing:
-            self._sweep_dust()
 
     @property
     def pose(self) -> Pose:
@@ -216,15 +212,6 @@ class Plant:
         """What the supply can drive against the back-EMF of a wheel at this speed."""
         supply, back_emf, resistance = self._supply
         return max((-supply - back_emf * speed) / resistance, min(current, (supply - back_emf * speed) / resistance))
-
-    def _sweep_dust(self) -> None:
-        # Only dust: whatever a wall or another body gave it in the step is larger, and stays.
-        vx, vy = self._velocity
-        omega = self._omega
-        if (vx or vy or omega) and abs(vx) < DUST and abs(vy) < DUST and abs(omega) < DUST:
-            self._body.velocity = 0.0, 0.0
-            self._body.angular_velocity = 0.0
-            self._velocity, self._omega = self._body.velocity, 0.0
 
     def _build_walls(self, arena: Arena, radius_m: float, pose: Pose) -> None:
         half_x, half_y = arena.length_m / 2.0, arena.width_m / 2.0

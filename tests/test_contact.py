@@ -132,20 +132,21 @@ def test_a_robot_held_by_its_rolling_loss_needs_no_search():
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_jump_of_the_torques_is_settled_in_a_few_sweeps(layout):
+@pytest.mark.parametrize("most_nms", [2.7e-5, 3e-4])  # 0.15 A, mostly at rest against friction, and 1.7 A
+def test_torques_that_jump_cost_short_searches_and_no_others(layout, most_nms):
     contact = contact_of(layout)
     random = Random(1)
     velocity = (0.0, 0.0, 0.0)
     sweeps = []
-    for _ in range(100):
-        torques = [random.uniform(-3e-4, 3e-4) for _ in contact.speeds_radps]
-        for _ in range(20):
+    for _ in range(40):
+        torques = [random.uniform(-most_nms, most_nms) for _ in contact.speeds_radps]
+        for _ in range(100):
             wheels = [(1.2e-3 * w + t, DRY, 4e-3) for w, t in zip(contact.speeds_radps, torques, strict=True)]
             velocity = contact.solve(*velocity, wheels)
             sweeps.append(contact.sweeps)
-    searches = sorted(filter(None, sweeps))
-    assert len(searches) < 0.3 * len(sweeps)
-    assert searches[len(searches) // 2] <= 3
+    searches = list(filter(None, sweeps))
+    assert 0 < len(searches) < 0.05 * len(sweeps)
+    assert sum(searches) < 1.0 * len(sweeps)
 
 
 def test_all_wheels_at_rest_hold_the_body_at_exactly_rest():
@@ -153,5 +154,4 @@ def test_all_wheels_at_rest_hold_the_body_at_exactly_rest():
     wheels = [(1.5e-5, DRY, 4e-3), (0.0, DRY, 4e-3), (-1.5e-5, DRY, 4e-3)]  # 15 mN m: below the dry friction
     assert contact.solve(0.0, 0.0, 0.0, wheels) == (0.0, 0.0, 0.0)
     assert contact.solve(1e-5, -1e-5, 1e-4, wheels) == (0.0, 0.0, 0.0)
-    assert contact.standing
     assert contact.speeds_radps == [0.0, 0.0, 0.0]
