@@ -428,6 +428,7 @@ _MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
 def _check_robot(path: Path, robot: Robot) -> None:
     # Imported here: kinematics builds on this module, and only a whole robot can be singular.
     from bench.kinematics import Kinematics
+    from bench.loads import load_rows
     from bench.slamware.payloads import Identity, identity_answer
 
     def fail(key: str, what: str) -> ConfigError:
@@ -452,12 +453,15 @@ def _check_robot(path: Path, robot: Robot) -> None:
         raise fail("motor.kind", f"{robot.motor.kind!r} is unknown{nearest(robot.motor.kind, list(MOTOR_KINDS))}")
     if robot.motor.on_command_loss not in ("hold", "zero"):
         raise fail("motor.on_command_loss", f"expected 'hold' or 'zero', got {robot.motor.on_command_loss!r}")
+    if robot.motor.load_friction >= 1.0:
+        raise fail("motor.load_friction", f"expected less than 1, got {robot.motor.load_friction}")
     if robot.limits.current_a > robot.motor.max_current_a:
         raise fail("limits.current_a", f"{robot.limits.current_a} A is above motor.max_current_a")
     if robot.link.hold_ms >= robot.link.disarm_ms:
         raise fail("link.hold_ms", f"{robot.link.hold_ms} ms must be less than link.disarm_ms")
     try:
         Kinematics(robot.wheels)
+        load_rows(robot.wheels, robot.body.mass_kg, robot.body.cog_height_m)
     except ValueError as error:
         raise fail("wheel", str(error)) from None
     said = robot.slamware

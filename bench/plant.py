@@ -25,12 +25,11 @@ from dataclasses import dataclass
 
 import pymunk
 
-from bench.config import Robot, Wheel
+from bench.config import Robot
 from bench.contact import Contact
-from bench.kinematics import Row
+from bench.loads import lift_above, load_rows, tipping_part
 from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
 
-GRAVITY_MPS2 = 9.81
 STEP_S = TICK_US / 1e6
 WALL_THICKNESS_M = 0.2
 """Far more than a step at any speed of a robot, so that nothing tunnels."""
@@ -38,8 +37,6 @@ COLLISION_SLOP_M = 1e-4
 """Overlap that the engine leaves alone. Its own default of 0.1 is meant for pixels."""
 COLLISION_BIAS = (1.0 - 0.3) ** 60
 """Share of an overlap left after a second: an impact at 5 m/s ends 5 mm deep and is back in 0.1 s."""
-TIPPING_MARGIN = 1.0 - 1e-12
-"""Keeps a lifted wheel's load from rounding below zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +82,8 @@ class Plant:
         self._mass, self._yaw_inertia, self._wheel_inertia = body.mass_kg, body.inertia_kgm2, motor.inertia_kgm2
         damped = motor.inertia_kgm2 + STEP_S * motor.viscous_nms
         self._contact = Contact(robot.wheels, robot.ground, body.mass_kg, body.inertia_kgm2, damped, twist)
-        self._load_rows = _load_rows(robot.wheels, body.mass_kg, body.cog_height_m)
-        self._lift_above = _lift_above(self._load_rows)
+        self._load_rows = load_rows(robot.wheels, body.mass_kg, body.cog_height_m)
+        self._lift_above = lift_above(self._load_rows)
         self._acceleration = 0.0, 0.0
 
         self.currents_a = [0.0] * len(robot.wheels)
@@ -200,11 +197,11 @@ class Plant:
     def wheel_loads_n(self) -> list[float]:
         """Weight on each wheel, load transfer of the last step's acceleration included."""
         ax, ay = self._acceleration
-        part = _tipping_part(self._load_rows, ax, ay)
+        part = tipping_part(self._load_rows, ax, ay)
         return [rest + part * (per_ax * ax + per_ay * ay) for rest, per_ax, per_ay in self._load_rows]
 
     def _at_tipping(self, ax: float, ay: float) -> tuple[float, float]:
-        part = _tipping_part(self._load_rows, ax, ay)
+        part = tipping_part(self._load_rows, ax, ay)
         self.wheel_lift = part < 1.0
         return part * ax, part * ay
 
@@ -227,54 +224,3 @@ class Plant:
             wall = pymunk.Segment(self._space.static_body, start, end, thick)
             wall.friction, wall.elasticity = arena.friction, arena.restitution
             self._space.add(wall)
-
-
-def _load_rows(wheels: Sequence[Wheel], mass_kg: float, height_m: float) -> list[Row]:
-    """For each wheel (N at rest, N for each m/s^2 forward, N for each m/s^2 to the left).
-
-    Sum N = m g, sum N x = -m h ax, sum N y = -m h ay: one solution for three wheels, the one of least squares for more.
-    """
-    rows = [(1.0, wheel.x_m, wheel.y_m) for wheel in wheels]
-    gram = [[0.0] * 3 for _ in range(3)]
-    for row in rows:
-        for i in range(3):
-            for j in range(3):
-                gram[i][j] += row[i] * row[j]
-    adjugate = (_cross(gram[1], gram[2]), _cross(gram[2], gram[0]), _cross(gram[0], gram[1]))
-    determinant = gram[0][0] * adjugate[0][0] + gram[0][1] * adjugate[0][1] + gram[0][2] * adjugate[0][2]
-    if determinant <= 1e-9 * gram[0][0] * gram[1][1] * gram[2][2]:
-        raise ValueError("the wheels stand in one line: the robot would fall over")
-    tip = -mass_kg * height_m
-    loads = []
-    for wheel, row in zip(wheels, rows, strict=True):
-        share = [(row[0] * a[0] + row[1] * a[1] + row[2] * a[2]) / determinant for a in adjugate]
-        rest = mass_kg * GRAVITY_MPS2 * share[0]
-        if rest < 0.0:
-            raise ValueError(
-                f"wheel {wheel.name!r} would carry {rest:.3g} N at rest: the centre of gravity, at (0, 0), "
-                "is not between the wheels and the robot would fall over"
-            )
-        loads.append((rest, tip * share[1], tip * share[2]))
-    return loads
-
-
-def _lift_above(rows: Sequence[Row]) -> float:
-    """The square of an acceleration, m^2/s^4, up to which no wheel lifts, whatever its direction."""
-    return min(
-        (rest * rest / (per_ax * per_ax + per_ay * per_ay) for rest, per_ax, per_ay in rows if per_ax or per_ay),
-        default=math.inf,
-    )
-
-
-def _tipping_part(rows: Sequence[Row], ax: float, ay: float) -> float:
-    """The part of the load transfer, 0 to 1, that leaves no wheel below zero; the loads still add up to the weight."""
-    part = 1.0
-    for rest, per_ax, per_ay in rows:
-        load = rest + per_ax * ax + per_ay * ay
-        if load < 0.0:
-            part = min(part, rest / (rest - load) * TIPPING_MARGIN)
-    return part
-
-
-def _cross(a: Sequence[float], b: Sequence[float]) -> Row:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

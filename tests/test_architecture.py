@@ -31,7 +31,8 @@ FOUNDATION = {"bench.messages", "bench.config", "bench.errors"}
 BUILDS_ON = {
     "errors.py": set(),
     "messages.py": set(),
-    "config.py": {"bench.errors", "bench.kinematics", "bench.slamware.payloads"},
+    "config.py": {"bench.errors", "bench.kinematics", "bench.loads", "bench.slamware.payloads"},
+    "loads.py": FOUNDATION | {"bench.kinematics"},
     "kinematics.py": FOUNDATION,
     "m2006.py": FOUNDATION,
     "controller.py": FOUNDATION,
@@ -39,7 +40,7 @@ BUILDS_ON = {
     "odometry.py": FOUNDATION | {"bench.kinematics"},
     "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
     "rc_decode.py": FOUNDATION | {"bench.rc"},
-    "plant.py": FOUNDATION | {"bench.kinematics", "bench.contact", "bench.odometry"},
+    "plant.py": FOUNDATION | {"bench.kinematics", "bench.contact", "bench.loads"},
 }
 
 

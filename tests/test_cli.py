@@ -320,6 +320,8 @@ def edited_robot(tmp_path, old, new):
         ("radius_m = 0.027", "radius_m = -0.027", "wheel[0].radius_m: expected a positive number"),
         ("bearing_deg = 75.0", "bearing_deg = 180.0", "singular"),
         ("distance_m = 0.061", "distance_m = nan", "wheel[0].distance_m: expected a finite number"),
+        ("bearing_deg = 180.0", "bearing_deg = 40.0", "is not between the wheels"),
+        ("load_friction = 0.0", "load_friction = 1.0", "motor.load_friction: expected less than 1"),
         ("can_id = 3", "can_id = 2", "wheel.can_id: 2 is given to more than one wheel"),
         ("can_id = 3", "can_id = 9", "wheel[2].can_id: expected 1 to 8"),
         ("direction = -1", "direction = 2", "wheel[0].direction: expected 1 or -1"),
