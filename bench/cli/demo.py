@@ -22,12 +22,14 @@ def run(args: argparse.Namespace) -> int:
     """Run the demo and check it against its golden."""
     headless = args.headless or args.json or args.update_pinned
     if not headless and sys.stdin.isatty() and sys.stdout.isatty():
+        from bench.check.reading import Recording
         from bench.check.run import from_scenario
-        from bench.demo import SCENARIO
+        from bench.demo import SCENARIO, golden_directory
         from bench.tui import show
 
         job = from_scenario(SCENARIO)
-        return show(job, recorder=job.recorder(args.record, overwrite=args.overwrite) if args.record else None)
+        recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
+        return show(job, recorder, Recording.open(golden_directory()))
     return _headless(args)
 
 
