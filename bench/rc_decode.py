@@ -13,22 +13,26 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from bench.rc import crsf, sbus, uart12
-from bench.rc.framing import Counters, Decoder
+from bench.rc import crsf, dbus, ibus, sbus, uart12
+from bench.rc.framing import ELEVEN_BIT_LIMITS, Counters, Decoder
 
-__all__ = ["PROTOCOLS", "Counters", "Decoder", "decoder", "encode"]
+__all__ = ["PROTOCOLS", "Counters", "Decoder", "channel_limits", "decoder", "encode"]
 
 
 class _Codec(NamedTuple):
     decoder: type[Decoder]
     encode: Callable[..., bytes]
-    has_flags: bool = False
+    limits: tuple[tuple[int, int], ...]
+    flags: tuple[str, ...] = ()
+    """What `encode` takes besides the channels."""
 
 
 _CODECS = {
-    "uart12": _Codec(uart12.Uart12Decoder, uart12.encode),
-    "sbus": _Codec(sbus.SbusDecoder, sbus.encode, has_flags=True),
-    "crsf": _Codec(crsf.CrsfDecoder, crsf.encode),
+    "uart12": _Codec(uart12.Uart12Decoder, uart12.encode, uart12.LIMITS),
+    "sbus": _Codec(sbus.SbusDecoder, sbus.encode, ELEVEN_BIT_LIMITS, ("failsafe", "frame_lost")),
+    "crsf": _Codec(crsf.CrsfDecoder, crsf.encode, ELEVEN_BIT_LIMITS),
+    "ibus": _Codec(ibus.IbusDecoder, ibus.encode, ibus.LIMITS, ("failsafe",)),
+    "dbus": _Codec(dbus.DbusDecoder, dbus.encode, dbus.LIMITS),
 }
 PROTOCOLS = tuple(_CODECS)
 
@@ -38,6 +42,11 @@ def decoder(protocol: str, pause_us: float | None = None) -> Decoder:
     return _codec(protocol).decoder(pause_us)
 
 
+def channel_limits(protocol: str) -> tuple[tuple[int, int], ...]:
+    """Lowest and highest raw value of every channel, in wire order. Raises ValueError for an unknown protocol."""
+    return _codec(protocol).limits
+
+
 def encode(protocol: str, channels: Sequence[int], failsafe: bool = False, frame_lost: bool = False) -> bytes:
     """One frame from raw wire values in wire order.
 
@@ -45,11 +54,13 @@ def encode(protocol: str, channels: Sequence[int], failsafe: bool = False, frame
     that the protocol cannot carry.
     """
     codec = _codec(protocol)
-    if codec.has_flags:
-        return codec.encode(channels, failsafe, frame_lost)
-    if failsafe or frame_lost:
-        raise ValueError(f"{protocol} frames cannot say failsafe or frame lost; the link shows loss in another way")
-    return codec.encode(channels)
+    flags = {}
+    for name, value in (("failsafe", failsafe), ("frame_lost", frame_lost)):
+        if name in codec.flags:
+            flags[name] = value
+        elif value:
+            raise ValueError(f"{protocol} frames cannot say {name}; the link shows loss in another way")
+    return codec.encode(channels, **flags)
 
 
 def _codec(protocol: str) -> _Codec:

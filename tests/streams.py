@@ -118,6 +118,15 @@ def _truth(described: dict[str, Any]) -> tuple[list[Any], list[Any]]:
         return [(row[0], channels, False, False) for row in described["good_frames"]["rows"]], []
     if protocol == "sbus":
         return [(at, tuple(channels), bool(flags & 8), bool(flags & 4)) for at, flags, *channels in rows], []
+    if protocol == "ibus":
+        # The words as they were on the wire: 0xC in the upper four bits of one is the failsafe mark.
+        return [
+            (at, tuple(word & 0xFFF for word in words), any(word >> 12 == 0xC for word in words), False)
+            for at, _, *words in rows
+        ], []
+    if protocol == "dbus":
+        # Sticks and switches; mouse, keys and wheel are not listed and stand still in these streams.
+        return [(at, tuple(values), False, False) for at, plausible, *values in rows if plausible], []
     if protocol == "crsf" and rows:
         frames = [(at, tuple(values), False, False) for at, kind, *values in rows if kind == 22]
         return frames, [(at, *values) for at, kind, *values in rows if kind == 20]
@@ -132,8 +141,9 @@ def _truth(described: dict[str, Any]) -> tuple[list[Any], list[Any]]:
     return [], []
 
 
-def frames_of(events: list[Any]) -> list[tuple[int, tuple[int, ...], bool, bool]]:
-    return [(e.offset, e.channels, e.failsafe, e.frame_lost) for e in events if isinstance(e, RcFrame)]
+def frames_of(events: list[Any], channels: int | None = None) -> list[tuple[int, tuple[int, ...], bool, bool]]:
+    """Frames as `Stream.frames` lists them, with the first so many channels."""
+    return [(e.offset, e.channels[:channels], e.failsafe, e.frame_lost) for e in events if isinstance(e, RcFrame)]
 
 
 def statistics_of(events: list[Any]) -> list[tuple[int, int, int]]:

@@ -14,14 +14,33 @@ from bench.messages import RcFrame, RcLinkStatistics, RcNoise
 from bench.rc import crsf, sbus
 
 # Header, footer and length bytes of the protocols, and what stands beside them: the richest junk.
-SPICE = bytes.fromhex("aa55 0f000414243403 c8ee18160c14")
+SPICE = bytes.fromhex("aa55 0f000414243403 c8ee18160c14 20400481")
 
 CHANNELS = {
     "uart12": st.tuples(*[st.integers(0, 4095)] * 4, *[st.integers(0, 255)] * 2),
     "sbus": st.tuples(*[st.integers(0, 2047)] * 16),
     "crsf": st.tuples(*[st.integers(0, 2047)] * 16),
+    "ibus": st.tuples(*[st.integers(0, 4095)] * 14),
+    "dbus": st.tuples(
+        *[st.integers(364, 1684)] * 4,
+        *[st.integers(1, 3)] * 2,
+        *[st.integers(-32768, 32767)] * 3,
+        *[st.integers(0, 1)] * 2,
+        st.integers(0, 65535),
+        st.integers(0, 2047),
+    ),
+}
+SOME = {
+    "uart12": (2048, 1, 2, 4095, 1, 1),
+    "sbus": (992,) * 16,
+    "crsf": (992,) * 16,
+    "ibus": (1500,) * 14,
+    "dbus": (1024, 1030, 400, 1684, 1, 3, 0, -5, 0, 0, 1, 0x8001, 1024),
 }
 JUNK = st.one_of(st.binary(max_size=40), st.lists(st.sampled_from(SPICE), max_size=40).map(bytes))
+
+
+each_protocol = pytest.mark.parametrize("protocol", rc_decode.PROTOCOLS)
 
 
 def frames(protocol):
@@ -49,9 +68,6 @@ def any_stream(protocol):
     return st.lists(st.one_of(frames(protocol), frames(protocol), damaged(protocol), JUNK), max_size=12).map(b"".join)
 
 
-each_protocol = pytest.mark.parametrize("protocol", rc_decode.PROTOCOLS)
-
-
 def decode(protocol, data):
     return streams.feed_whole(rc_decode.decoder(protocol), data)
 
@@ -60,12 +76,12 @@ def decode(protocol, data):
 
 
 def test_the_protocols_are_those_that_profiles_may_name():
-    assert sorted(rc_decode.PROTOCOLS) == sorted(config.PROTOCOLS)
-    assert {"uart12", "sbus", "crsf"} <= set(rc_decode.PROTOCOLS)
+    assert set(config.PROTOCOLS) <= set(rc_decode.PROTOCOLS)
+    assert rc_decode.PROTOCOLS == ("uart12", "sbus", "crsf", "ibus", "dbus")
 
 
 def test_an_unknown_protocol_is_refused_with_the_known_names():
-    with pytest.raises(ValueError, match=r"no RC protocol is called 'ppm'; known: uart12, sbus, crsf"):
+    with pytest.raises(ValueError, match=r"no RC protocol is called 'ppm'; known: uart12, sbus, crsf, ibus, dbus"):
         rc_decode.decoder("ppm")
     with pytest.raises(ValueError, match=r"no RC protocol is called 'ppm'"):
         rc_decode.encode("ppm", (0,) * 16)
@@ -93,6 +109,9 @@ def test_the_pause_is_five_byte_times_unless_given():
         ("sbus", (2048, *[0] * 15), "sbus: channel 0 is 2048; expected 0 to 2047"),
         ("sbus", (0,) * 18, "sbus: 18 channels; expected 16"),
         ("crsf", (*[0] * 15, -1), "crsf: channel 15 is -1; expected 0 to 2047"),
+        ("ibus", (4096, *[0] * 13), "ibus: channel 0 is 4096; expected 0 to 4095"),
+        ("dbus", (363, *SOME["dbus"][1:]), "dbus: channel 0 is 363; expected 364 to 1684"),
+        ("dbus", (*[1024] * 4, 0, *[1] * 8), "dbus: channel 4 is 0; expected 1 to 3"),
     ],
 )
 def test_encoders_refuse_what_no_frame_can_say(protocol, channels, text):
@@ -100,13 +119,24 @@ def test_encoders_refuse_what_no_frame_can_say(protocol, channels, text):
         rc_decode.encode(protocol, channels)
 
 
-@pytest.mark.parametrize("protocol", ["uart12", "crsf"])
+@pytest.mark.parametrize("protocol", ["uart12", "crsf", "ibus", "dbus"])
 def test_a_flag_that_the_protocol_cannot_carry_is_refused(protocol):
-    channels = (0,) * (6 if protocol == "uart12" else 16)
-    with pytest.raises(ValueError, match=f"{protocol} frames cannot say failsafe"):
-        rc_decode.encode(protocol, channels, failsafe=True)
-    with pytest.raises(ValueError, match=f"{protocol} frames cannot say failsafe"):
-        rc_decode.encode(protocol, channels, frame_lost=True)
+    if protocol != "ibus":
+        with pytest.raises(ValueError, match=f"{protocol} frames cannot say failsafe"):
+            rc_decode.encode(protocol, SOME[protocol], failsafe=True)
+    with pytest.raises(ValueError, match=f"{protocol} frames cannot say frame_lost"):
+        rc_decode.encode(protocol, SOME[protocol], frame_lost=True)
+
+
+@each_protocol
+def test_channel_limits_are_those_that_the_encoder_takes(protocol):
+    limits = rc_decode.channel_limits(protocol)
+    assert len(limits) == len(SOME[protocol])
+    for i, edge in ((i, edge) for i, (low, high) in enumerate(limits) for edge in (low, high)):
+        rc_decode.encode(protocol, (*SOME[protocol][:i], edge, *SOME[protocol][i + 1 :]))
+    for i, beyond in ((i, beyond) for i, (low, high) in enumerate(limits) for beyond in (low - 1, high + 1)):
+        with pytest.raises(ValueError, match=f"channel {i} is {beyond}"):
+            rc_decode.encode(protocol, (*SOME[protocol][:i], beyond, *SOME[protocol][i + 1 :]))
 
 
 def test_sbus_options_out_of_range_are_refused():
@@ -136,6 +166,7 @@ def test_the_crsf_checksum_is_the_catalogued_one():
 
 
 @each_protocol
+@settings(max_examples=40)
 @given(data=st.data())
 def test_what_is_encoded_is_decoded(protocol, data):
     rows = data.draw(st.lists(CHANNELS[protocol], min_size=1, max_size=4))
@@ -145,6 +176,7 @@ def test_what_is_encoded_is_decoded(protocol, data):
     assert streams.check_stream(lambda: rc_decode.decoder(protocol), b"".join(sent), expected)
 
 
+@settings(max_examples=30)
 @given(channels=CHANNELS["sbus"], failsafe=st.booleans(), frame_lost=st.booleans(), digital=st.integers(0, 3))
 @pytest.mark.parametrize("footer", [0x00, 0x04, 0x14, 0x24, 0x34])
 def test_sbus_flags_go_round(channels, failsafe, frame_lost, digital, footer):
@@ -159,7 +191,7 @@ def test_link_statistics_go_round(quality, rssi_dbm, snr_db):
 
 
 @each_protocol
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(data=st.data())
 def test_any_bytes_however_cut_give_the_same_events_and_account_for_every_byte(protocol, data):
     stream = data.draw(any_stream(protocol))
@@ -168,7 +200,7 @@ def test_any_bytes_however_cut_give_the_same_events_and_account_for_every_byte(p
 
 
 @each_protocol
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(data=st.data())
 def test_any_times_however_cut_give_the_same_events(protocol, data):
     stream = data.draw(any_stream(protocol))
@@ -193,7 +225,7 @@ def test_any_times_however_cut_give_the_same_events(protocol, data):
 
 @each_protocol
 def test_bytearrays_and_views_decode_like_bytes(protocol):
-    data = b"\x11" + rc_decode.encode(protocol, (5, 0, 0, 0, 1, 0) if protocol == "uart12" else (5,) * 16)
+    data = b"\x11" + rc_decode.encode(protocol, SOME[protocol])
     expected = decode(protocol, data)
     source = bytearray(data)
     decoder = rc_decode.decoder(protocol)
@@ -216,13 +248,13 @@ def test_nothing_is_pending_at_the_beginning_and_after_the_end(protocol):
     assert decoder.feed(b"") == decoder.finish() == []
 
 
-def test_uart12_and_crsf_frames_are_delivered_with_their_last_byte():
-    for protocol, channels in (("uart12", (2048, 1, 2, 4095, 1, 1)), ("crsf", (992,) * 16)):
-        data = rc_decode.encode(protocol, channels)
-        decoder = rc_decode.decoder(protocol)
-        assert decoder.feed(data[:-1]) == []
-        assert decoder.feed(data[-1:]) == [RcFrame(0, len(data), channels)]
-        assert not decoder.pending
+@pytest.mark.parametrize("protocol", ["uart12", "crsf", "ibus"])
+def test_a_frame_that_proves_itself_is_delivered_with_its_last_byte(protocol):
+    data = rc_decode.encode(protocol, SOME[protocol])
+    decoder = rc_decode.decoder(protocol)
+    assert decoder.feed(data[:-1]) == []
+    assert decoder.feed(data[-1:]) == [RcFrame(0, len(data), SOME[protocol])]
+    assert not decoder.pending
 
 
 def test_an_sbus_frame_waits_for_a_header_or_for_silence_longer_than_the_pause():
@@ -291,7 +323,7 @@ def test_times_that_run_backwards_are_no_pause():
 
 @each_protocol
 def test_offsets_go_on_after_the_end_of_a_stream(protocol):
-    data = rc_decode.encode(protocol, (5, 0, 0, 0, 1, 0) if protocol == "uart12" else (5,) * 16)
+    data = rc_decode.encode(protocol, SOME[protocol])
     decoder = rc_decode.decoder(protocol)
     first = decoder.feed(data) + decoder.finish()
     second = decoder.feed(data) + decoder.finish()
@@ -305,7 +337,7 @@ def test_offsets_go_on_after_the_end_of_a_stream(protocol):
 @pytest.mark.parametrize("what", ["random", "spice", "headers"])
 def test_megabytes_of_noise_are_reported_now_and_then_and_leave_nothing_behind(protocol, what):
     rng = random.Random(what)
-    size = 1_000_000 if what == "random" else 100_000
+    size = 1_000_000 if what == "random" and protocol != "dbus" else 100_000
     if what == "random":
         noise = rng.randbytes(size)
     elif what == "spice":
@@ -333,7 +365,7 @@ def test_megabytes_of_noise_are_reported_now_and_then_and_leave_nothing_behind(p
 
 def test_random_noise_gives_no_frame():
     noise = random.Random("noise").randbytes(1_000_000)
-    for protocol in ("uart12", "crsf"):
+    for protocol in ("uart12", "crsf", "ibus"):
         assert not [event for event in decode(protocol, noise) if isinstance(event, RcFrame)], protocol
     # SBUS has 22 bits of evidence and no more: one place in four million looks like a frame.
     assert len([event for event in decode("sbus", noise) if isinstance(event, RcFrame)]) <= 2
@@ -355,6 +387,11 @@ def test_random_noise_gives_no_frame():
         ("crsf", "c8 02 21 00", [RcNoise(0, 4, "checksum")]),
         ("crsf", "c8 18 16 e0", [RcNoise(0, 4, "cut")]),
         ("crsf", "82 18 16", [RcNoise(0, 3, "header")]),
+        ("ibus", "20 41 00", [RcNoise(0, 3, "header")]),
+        ("ibus", "20 40" + "dc05" * 14 + "0000", [RcNoise(0, 32, "checksum")]),
+        ("ibus", "20 40 dc", [RcNoise(0, 3, "cut")]),
+        ("dbus", "00" * 18, [RcNoise(0, 18, "range")]),
+        ("dbus", "00" * 3, [RcNoise(0, 3, "cut")]),
     ],
 )
 def test_noise_tells_the_reason_of_its_first_refusal(protocol, data, expected):

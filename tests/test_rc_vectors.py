@@ -7,7 +7,7 @@ from streams import KNOWN_RC
 
 from bench import rc_decode
 from bench.messages import RcFrame, RcLinkStatistics, RcNoise, RcOther
-from bench.rc import crsf, sbus
+from bench.rc import crsf, ibus, sbus
 
 
 def vectors(protocol):
@@ -52,6 +52,44 @@ def test_crsf_vector(vector):
         assert isinstance(other, RcOther)
         assert (other.offset, other.length) == (0, length)
     assert data == crsf.encode_frame(expect["type"], data[3:-1], address=expect["address"])
+
+
+@pytest.mark.parametrize("vector", vectors("ibus"))
+def test_ibus_vector(vector):
+    data, expect = bytes.fromhex(vector["hex"]), vector["expect"]
+    events = decode("ibus", data)
+    if vector["id"] == "telemetry-discovery":
+        assert events == [RcOther(0, 4, "poll 0x81")]
+    elif vector["id"] == "eighteen-channels":
+        # Its second byte is not that of a real link; with that byte, all eighteen come out where they are asked for.
+        assert not [event for event in events if isinstance(event, RcFrame)]
+        on_a_link = b"\x20\x40" + data[2:30] + (int.from_bytes(data[30:], "little") - 0x40).to_bytes(2, "little")
+        decoder = ibus.IbusDecoder(eighteen=True)
+        assert decoder.feed(on_a_link) == [RcFrame(0, 32, tuple(expect["channels_18"]))]
+    elif expect.get("checksum_ok"):
+        channels, failsafe = tuple(expect["channels_low_12_bits"]), 0xC in expect["high_nibbles"]
+        assert events == [RcFrame(0, 32, channels, failsafe)]
+        if not failsafe:
+            assert rc_decode.encode("ibus", channels) == data
+    else:
+        assert events
+        assert not [event for event in events if not isinstance(event, RcNoise)]
+
+
+@pytest.mark.parametrize("vector", vectors("dbus"))
+def test_dbus_vector(vector):
+    data, expect = bytes.fromhex(vector["hex"]), vector["expect"]
+    events = decode("dbus", data)
+    if not expect["plausible"]:
+        assert events == [RcNoise(0, 18, "range")]
+        return
+    channels = (
+        *expect["ch"],
+        *(expect[key] for key in ("switch_bits_44_45", "switch_bits_46_47", "mouse_x", "mouse_y", "mouse_z")),
+        *(expect[key] for key in ("mouse_left", "mouse_right", "keys", "wheel_raw")),
+    )
+    assert events == [RcFrame(0, 18, channels)]
+    assert rc_decode.encode("dbus", channels) == data
 
 
 @pytest.mark.parametrize("protocol", ["sbus", "crsf"])

@@ -25,6 +25,9 @@ NOISE_RUN_BYTES = 1024
 PAUSE_BYTES = 5
 """A silence longer than this many byte times ends a frame (PX4, Betaflight and ArduPilot use 4 to 30 of them)."""
 
+ELEVEN_BIT_LIMITS = ((0, 2047),) * 16
+"""Lowest and highest raw value of the sixteen channels of SBUS and CRSF."""
+
 _NUMBER = (int, float)  # as a tuple: `int | float` would be made anew in every feed
 
 
@@ -163,13 +166,13 @@ class Decoder(ABC):
         self._noise_length = 0
 
 
-def check_channels(protocol: str, channels: Sequence[int], limits: Sequence[int]) -> None:
-    """Raise ValueError unless there is one whole number from 0 to its limit for each of `limits`."""
+def check_channels(protocol: str, channels: Sequence[int], limits: Sequence[tuple[int, int]]) -> None:
+    """Raise ValueError unless there is one whole number for each of the `limits`, and between them."""
     if len(channels) != len(limits):
         raise ValueError(f"{protocol}: {len(channels)} channels; expected {len(limits)}")
-    for i, (raw, limit) in enumerate(zip(channels, limits, strict=True)):
-        if not 0 <= raw <= limit:
-            raise ValueError(f"{protocol}: channel {i} is {raw}; expected 0 to {limit}")
+    for i, (raw, (low, high)) in enumerate(zip(channels, limits, strict=True)):
+        if not low <= raw <= high:
+            raise ValueError(f"{protocol}: channel {i} is {raw}; expected {low} to {high}")
 
 
 def unpack_channels(packed: bytes) -> tuple[int, ...]:
@@ -204,5 +207,5 @@ def pack_channels(protocol: str, channels: Sequence[int]) -> bytes:
         seen |= raw
     # One look at all bits together; only what is wrong is looked at again, to say what.
     if len(channels) != 16 or not 0 <= seen <= 2047:
-        check_channels(protocol, channels, (2047,) * 16)
+        check_channels(protocol, channels, ELEVEN_BIT_LIMITS)
     return packed.to_bytes(22, "little")

@@ -7,9 +7,6 @@ from typing import NamedTuple
 from bench import rc_decode
 from bench.config import Axis, Button, Profile
 
-UART12_TOP = 4095
-ELEVEN_BIT_TOP = 2047
-
 
 class Sticks(NamedTuple):
     """Where a driver holds the sticks: forward, left and counter-clockwise from -1 to 1, and the two switches."""
@@ -30,10 +27,9 @@ class Transmitter:
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
         self.on = True
-        is_uart12 = profile.protocol == "uart12"
-        self._top = UART12_TOP if is_uart12 else ELEVEN_BIT_TOP
+        self._limits = rc_decode.channel_limits(profile.protocol)
         # Sticks that no axis uses stand in the middle, switches that no button uses are released.
-        self._neutral = [profile.forward.middle] * 4 + [0] * (2 if is_uart12 else 12)
+        self._neutral = [profile.forward.middle] * 4 + [max(0, low) for low, _ in self._limits[4:]]
 
     def step(self, tick: int, sticks: Sticks) -> bytes:
         """The bytes that leave in this tick: one frame each `period_ms`, nothing between."""
@@ -57,9 +53,11 @@ class Transmitter:
     def _raw(self, axis: Axis, value: float) -> int:
         value = max(-1.0, min(1.0, value))
         raw = axis.middle + round(-value * axis.travel if axis.reversed else value * axis.travel)
-        return max(0, min(self._top, raw))
+        low, high = self._limits[axis.channel]
+        return max(low, min(high, raw))
 
     def _button_raw(self, button: Button, pressed: bool) -> int:
         if pressed == button.reversed:
-            return max(0, button.pressed_from + (1 if button.reversed else -1))
+            low, high = self._limits[button.channel]
+            return max(low, min(high, button.pressed_from + (1 if button.reversed else -1)))
         return button.pressed_from

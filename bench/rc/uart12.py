@@ -22,7 +22,7 @@ from bench.rc.framing import Decoder, check_channels
 HEADER, FOOTER = 0xAA, 0x55
 _FRAME = struct.Struct(">B4H3B")
 _LENGTH = 12
-_LIMITS = (4095, 4095, 4095, 4095, 255, 255)
+LIMITS = (*((0, 4095),) * 4, *((0, 255),) * 2)
 # A named tuple's own constructor costs twice as much; this one makes the same value.
 _new_frame = tuple.__new__
 
@@ -76,5 +76,5 @@ class Uart12Decoder(Decoder):
 
 def encode(channels: Sequence[int]) -> bytes:
     """One frame from four sticks (0 to 4095) and two buttons (0 to 255). Raises ValueError outside of that."""
-    check_channels("uart12", channels, _LIMITS)
+    check_channels("uart12", channels, LIMITS)
     return _FRAME.pack(HEADER, *channels, FOOTER)
