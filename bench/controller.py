@@ -47,7 +47,8 @@ class SpeedController:
         viscous, coulomb_a, fading = self._viscous_a_per_radps, self._coulomb_a, self._fading_a_per_radps
         integral = self._integral_a
         currents = []
-        for wheel, (wanted, measured) in enumerate(zip(wanted_radps, measured_radps, strict=True)):
+        for wheel, wanted in enumerate(wanted_radps):
+            measured = measured_radps[wheel]
             error = wanted - measured
             if wanted > FRICTION_FADE_RADPS:
                 forward_a = viscous * wanted + coulomb_a

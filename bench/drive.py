@@ -32,6 +32,8 @@ class Drive:
 
     __slots__ = (
         "_angular_step",
+        "_core_asked",
+        "_core_twist",
         "_frame",
         "_handover",
         "_heading_zero_rad",
@@ -41,6 +43,7 @@ class Drive:
         "_pressed",
         "_profile",
         "_ramped",
+        "_stick_twist",
         "armed",
         "driver",
         "field_centric",
@@ -60,6 +63,9 @@ class Drive:
         self._moved_tick = 0
         self._heading_zero_rad = 0.0
         self._ramped = ZERO_TWIST
+        # What sticks and core ask for, within the limits: worked out when it changes, not in every tick.
+        self._stick_twist = ZERO_TWIST
+        self._core_asked = self._core_twist = ZERO_TWIST
         self.armed = robot.rc is None
         self.why_disarmed = "" if self.armed else "not armed since boot"
         self.driver = DRIVER_NONE
@@ -89,12 +95,9 @@ class Drive:
         profile = self._profile
         assert profile is not None
         state = link.state
-        if state in (LOST, NEVER_SEEN):
-            if self.armed:
-                self._disarm(f"link lost: {link.reason}")
-            self._pressed = None
-            return
         if state not in COMMANDING:
+            if self.armed and state in (LOST, NEVER_SEEN):
+                self._disarm(f"link lost: {link.reason}")
             # A press that began while nobody was listening is not a deliberate act.
             self._pressed = None
             return
@@ -111,6 +114,7 @@ class Drive:
         if any(sticks) or any(self.sticks):  # the frame that finds them back at rest starts the count
             self._moved_tick = tick
         self.sticks = sticks
+        self._stick_twist = self._from_sticks(*sticks)
         before = self._pressed
         self._pressed = pressed = (_pressed(channels, profile.aux1), _pressed(channels, profile.aux2))
         if profile.arming == "on_link":
@@ -145,17 +149,23 @@ class Drive:
             forward, left, turn = self.sticks
             if forward or left or turn:
                 self.driver = DRIVER_RC
-                if self.field_centric:
-                    forward, left = rotate_into_body(forward, left, heading_rad - self._heading_zero_rad)
-                limits = self._limits
-                return self._limited(forward * limits.linear_mps, left * limits.linear_mps, turn * limits.angular_radps)
+                if not self.field_centric:
+                    return self._stick_twist
+                forward, left = rotate_into_body(forward, left, heading_rad - self._heading_zero_rad)
+                return self._from_sticks(forward, left, turn)
             if tick - self._moved_tick < self._handover:
                 self.driver = DRIVER_RC
                 return ZERO_TWIST
         if not core_alive:
             return None
         self.driver = DRIVER_CORE
-        return self._limited(*core_twist)
+        if core_twist is not self._core_asked:
+            self._core_asked, self._core_twist = core_twist, self._limited(*core_twist)
+        return self._core_twist
+
+    def _from_sticks(self, forward: float, left: float, turn: float) -> BodyTwist:
+        limits = self._limits
+        return self._limited(forward * limits.linear_mps, left * limits.linear_mps, turn * limits.angular_radps)
 
     def _limited(self, vx_mps: float, vy_mps: float, omega_radps: float) -> BodyTwist:
         """Within the robot's limits: the direction of travel is kept, yaw is limited by itself."""

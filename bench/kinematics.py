@@ -31,7 +31,7 @@ SINGULAR_BELOW = 1e-9
 class Kinematics:
     """The matrix of one base and its least-squares inverse. Raises ValueError where they cannot span the plane."""
 
-    __slots__ = ("axes", "forward_rows", "inverse_rows", "length_m", "radii")
+    __slots__ = ("_shares", "axes", "forward_rows", "inverse_rows", "length_m", "radii")
 
     def __init__(self, wheels: Sequence[Wheel]) -> None:
         self.axes = axis_rows(wheels)
@@ -45,6 +45,10 @@ class Kinematics:
         """H, one row a wheel: twist -> wheel speeds (the robotics name for this direction is inverse kinematics)."""
         self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, self.length_m)
         """H+, three rows: wheel speeds -> twist."""
+        # The same by wheel: its index, and what 1 rad/s of it adds to the twist.
+        self._shares = tuple(
+            (wheel, fx, fy, fw) for wheel, (fx, fy, fw) in enumerate(zip(*self.forward_rows, strict=True))
+        )
 
     def wheel_speeds(self, twist: Sequence[float]) -> list[float]:
         """Wheel speeds in rad/s (or increments in rad) that move the base with this twist (or increment)."""
@@ -52,13 +56,20 @@ class Kinematics:
         return [hx * vx + hy * vy + hw * omega for hx, hy, hw in self.inverse_rows]
 
     def twist(self, wheel_speeds: Sequence[float]) -> BodyTwist:
-        """The twist (or increment) that fits these wheel speeds best, every wheel weighing the same."""
-        vx = vy = omega = 0.0
-        for fx, fy, fw, speed in zip(*self.forward_rows, wheel_speeds, strict=True):
-            vx += fx * speed
-            vy += fy * speed
-            omega += fw * speed
-        return BodyTwist(vx, vy, omega)
+        """The twist that fits these wheel speeds best, every wheel weighing the same."""
+        return BodyTwist(*self.fit(wheel_speeds))
+
+    def fit(self, wheels: Sequence[float]) -> Row:
+        """Wheel speeds -> (vx, vy, omega), or wheel increments in rad -> increment: the best fit, as a plain tuple."""
+        if len(wheels) != len(self._shares):
+            raise ValueError(f"{len(wheels)} values for {len(self._shares)} wheels")
+        x = y = turn = 0.0
+        for wheel, fx, fy, fw in self._shares:
+            value = wheels[wheel]
+            x += fx * value
+            y += fy * value
+            turn += fw * value
+        return x, y, turn
 
     def slip(self, wheel_speeds: Sequence[float]) -> list[float]:
         """Given speeds minus those that the best-fitting twist would give; zero for three wheels, always."""

@@ -24,6 +24,7 @@ FEEDBACK_ID = 0x200  # plus the ESC's number, 1 to 8
 MAX_RAW = 10_000  # C610 user guide: -10000 .. 10000 stands for -10 A .. 10 A
 RAW_PER_A = 1000.0
 COUNTS = 8192  # counts in one rotor turn (not 8191: two public drivers drift one count a turn)
+HALF_TURN = COUNTS // 2
 RPM_PER_RADPS = 30.0 / math.pi
 
 _COMMAND = struct.Struct(">4h")
@@ -41,7 +42,7 @@ def encode_command(currents_raw: Sequence[int]) -> bytes:
 
 def decode_command(data: bytes) -> tuple[int, int, int, int] | None:
     """8 bytes -> four currents in counts of 1 mA, as they are on the wire; None where the length is wrong."""
-    return _COMMAND.unpack(data) if len(data) == FRAME_LENGTH else None  # type: ignore[return-value]
+    return _COMMAND.unpack(data) if len(data) == FRAME_LENGTH else None
 
 
 def encode_feedback(angle_counts: int, speed_rpm: int, current_ma: int) -> bytes:
@@ -56,7 +57,7 @@ def encode_feedback(angle_counts: int, speed_rpm: int, current_ma: int) -> bytes
 
 def decode_feedback(data: bytes) -> tuple[int, int, int] | None:
     """8 bytes -> (rotor angle in counts, rotor rpm, current in mA); None where the length is wrong."""
-    return _FEEDBACK.unpack(data) if len(data) == FRAME_LENGTH else None  # type: ignore[return-value]
+    return _FEEDBACK.unpack(data) if len(data) == FRAME_LENGTH else None
 
 
 def describe(can_id: int, data: bytes) -> dict[str, object]:
@@ -95,92 +96,102 @@ class MotorBus:
     """
 
     __slots__ = (
-        "_angles",
         "_command_ids",
         "_increments_rad",
         "_limit_raw",
-        "_missing",
-        "_places",
-        "_rad_per_count",
+        "_outputs",
+        "_quietest_tick",
+        "_reports",
         "_seen",
+        "_sources",
         "_stop_frames",
-        "_wheel_of",
-        "currents_ma",
+        "_taken_tick",
+        "_tick",
         "foreign_frames",
         "malformed_frames",
-        "rotor_rpm",
         "speeds_radps",
     )
 
     def __init__(self, robot: Robot) -> None:
         wiring = Wiring(robot)
         count = len(robot.wheels)
-        self._wheel_of = {FEEDBACK_ID + can_id: wheel for wheel, can_id in enumerate(wiring.can_ids)}
-        self._rad_per_count = wiring.rad_per_count
+        # Where a feedback frame comes from: wheel, rad per count.
+        self._sources = {
+            FEEDBACK_ID + can_id: (wheel, wiring.rad_per_count[wheel]) for wheel, can_id in enumerate(wiring.can_ids)
+        }
         self._command_ids = wiring.command_ids
-        self._places = tuple(
-            (4 * frame + slot, raw_per_a)
-            for (frame, slot), raw_per_a in zip(wiring.slots, wiring.raw_per_a, strict=True)
+        # Where a current goes: wheel, place among the slots of all command frames, raw per A.
+        self._outputs = tuple(
+            (wheel, 4 * frame + slot, wiring.raw_per_a[wheel]) for wheel, (frame, slot) in enumerate(wiring.slots)
         )
         self._stop_frames = tuple((can_id, bytes(FRAME_LENGTH)) for can_id in wiring.command_ids)
         self._limit_raw = int(robot.limits.current_a * RAW_PER_A)
-        self._angles: list[int | None] = [None] * count
+        self._reports: list[tuple[int, int, int] | None] = [None] * count
         self._seen = [-1] * count
+        self._tick = self._taken_tick = self._quietest_tick = -1
         self._increments_rad = [0.0] * count
-        self._missing = (1 << count) - 1
         self.speeds_radps = [0.0] * count
-        self.currents_ma = [0] * count
-        self.rotor_rpm = [0] * count
         self.malformed_frames = 0
         self.foreign_frames = 0
 
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> None:
         """Take the feedback frames that arrived in this tick."""
-        seen, increments = self._seen, self._increments_rad
+        sources, reports, seen, increments = self._sources, self._reports, self._seen, self._increments_rad
         for can_id, data in frames:
-            wheel = self._wheel_of.get(can_id)
-            if wheel is None:
+            source = sources.get(can_id)
+            if source is None:
                 self.foreign_frames += 1
                 continue
             if len(data) != FRAME_LENGTH:
                 self.malformed_frames += 1
                 continue
-            angle, self.rotor_rpm[wheel], self.currents_ma[wheel] = _FEEDBACK.unpack(data)
-            last = self._angles[wheel]
-            self._angles[wheel] = angle
+            wheel, rad_per_count = source
+            last = reports[wheel]
+            reports[wheel] = report = _FEEDBACK.unpack(data)
             ticks = tick - seen[wheel]
             seen[wheel] = tick
-            self._missing &= ~(1 << wheel)
             if last is None:  # the first sample only sets the reference
                 continue
             # The shorter way round: right up to 30,000 rotor rpm at 1 kHz (m2006-c610, section 1.2).
-            increment = ((angle - last + COUNTS // 2) % COUNTS - COUNTS // 2) * self._rad_per_count[wheel]
+            increment = ((report[0] - last[0] + HALF_TURN) % COUNTS - HALF_TURN) * rad_per_count
             increments[wheel] += increment
             if ticks > 0:
                 self.speeds_radps[wheel] = increment * 1000.0 / ticks
+        self._tick = tick
+        self._quietest_tick = min(seen)
+
+    @property
+    def currents_ma(self) -> list[int]:
+        """Current as each ESC last reported it, wire sign; 0 before its first report."""
+        return [report[2] if report else 0 for report in self._reports]
+
+    @property
+    def rotor_rpm(self) -> list[int]:
+        """Rotor speed as each ESC last reported it, wire sign; 0 before its first report."""
+        return [report[1] if report else 0 for report in self._reports]
 
     @property
     def complete(self) -> bool:
-        """True when every wheel has reported since the increments were last taken."""
-        return self._missing == 0
+        """True when every wheel has reported since the tick in which the increments were last taken."""
+        return self._quietest_tick > self._taken_tick
 
     def take_increments(self) -> list[float]:
         """What each wheel turned, in rad, since this was last called."""
         increments = self._increments_rad
         self._increments_rad = [0.0] * len(increments)
-        self._missing = (1 << len(increments)) - 1
+        self._taken_tick = self._tick
         return increments
 
     def silent_ticks(self, tick: int) -> int:
         """Ticks since the wheel that has been quiet for longest was heard."""
-        return tick - min(self._seen)
+        return tick - self._quietest_tick
 
     def command(self, currents_a: Sequence[float]) -> tuple[CanFrame, ...]:
         """Currents in the wheels' positive sense -> command frames. The last line before the port: it clamps."""
         limit = self._limit_raw
         raws = [0] * (4 * len(self._command_ids))
-        for current_a, (place, raw_per_a) in zip(currents_a, self._places, strict=True):
-            raw = current_a * raw_per_a
+        for wheel, place, raw_per_a in self._outputs:
+            raw = currents_a[wheel] * raw_per_a
             if -limit <= raw <= limit:
                 raws[place] = round(raw)
             elif raw > limit:
@@ -208,16 +219,16 @@ class EmulatedEscs:
         "_currents_a",
         "_filter",
         "_heard",
+        "_reports",
         "_rpm",
         "_timeout_ticks",
         "_wheels",
-        "_wiring",
         "malformed_frames",
     )
 
     def __init__(self, robot: Robot) -> None:
         motor: Motor = robot.motor
-        wiring = self._wiring = Wiring(robot)
+        wiring = Wiring(robot)
         count = len(robot.wheels)
         self._currents_a = [0.0] * count
         self._heard = [0] * count
@@ -233,6 +244,10 @@ class EmulatedEscs:
             )
             for command_id in wiring.command_ids
         }
+        self._reports = tuple(
+            (wheel, FEEDBACK_ID + can_id, wiring.counts_per_rad[wheel], wiring.rpm_per_radps[wheel], raw_per_a)
+            for wheel, (can_id, raw_per_a) in enumerate(zip(wiring.can_ids, wiring.raw_per_a, strict=True))
+        )
         self.malformed_frames = 0
 
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> list[float]:
@@ -263,17 +278,16 @@ class EmulatedEscs:
         self, angles_rad: Sequence[float], speeds_radps: Sequence[float], currents_a: Sequence[float]
     ) -> tuple[CanFrame, ...]:
         """One feedback frame for each ESC from its wheel's angle, speed and current, in wheel order."""
-        wiring = self._wiring
-        rpms = self._rpm
+        rpms, filter_share = self._rpm, self._filter
         frames = []
-        for wheel, can_id in enumerate(wiring.can_ids):
+        for wheel, feedback_id, counts_per_rad, rpm_per_radps, raw_per_a in self._reports:
             rpm = rpms[wheel]
-            rpm += self._filter * (speeds_radps[wheel] * wiring.rpm_per_radps[wheel] - rpm)
+            rpm += filter_share * (speeds_radps[wheel] * rpm_per_radps - rpm)
             rpms[wheel] = rpm
-            counts = math.floor(angles_rad[wheel] * wiring.counts_per_rad[wheel]) & (COUNTS - 1)
-            current_ma = round(currents_a[wheel] * wiring.raw_per_a[wheel])
+            counts = math.floor(angles_rad[wheel] * counts_per_rad) & (COUNTS - 1)
+            current_ma = round(currents_a[wheel] * raw_per_a)
             whole_rpm = round(rpm)
             if not -32768 <= whole_rpm <= 32767:  # no M2006 gets there; the field saturates rather than wraps
                 whole_rpm = 32767 if whole_rpm > 0 else -32768
-            frames.append((FEEDBACK_ID + can_id, _FEEDBACK.pack(counts, whole_rpm, current_ma)))
+            frames.append((feedback_id, _FEEDBACK.pack(counts, whole_rpm, current_ma)))
         return tuple(frames)

@@ -58,7 +58,7 @@ class Odometry:
         """Move by what the wheels turned since the last call."""
         if not any(increments_rad):
             return
-        ux, uy, dtheta = self._kinematics.twist(increments_rad)
+        ux, uy, dtheta = self._kinematics.fit(increments_rad)
         dx, dy = exponential(ux, uy, dtheta)
         c, s = math.cos(self._heading_rad), math.sin(self._heading_rad)
         self._x_m += c * dx - s * dy
