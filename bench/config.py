@@ -17,12 +17,18 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from bench.errors import UsageError
+from bench.fittings import Fittings, read_fittings
 
 HERE = Path(__file__).parent
 ROBOTS_DIR = HERE / "robots"
 PROFILES_DIR = HERE / "profiles"
 PROTOCOLS = ("uart12", "sbus", "crsf")
 MOTOR_KINDS = ("c610",)
+SLAMWARE_CHOICES = {
+    "dialect": ("firmware-2018", "firmware-2018-omni", "firmware-2015", "sdk-2020"),
+    "behaviour": ("strict", "as_reference_firmware"),
+    "polls": ("velocity", "full"),
+}
 
 
 class ConfigError(UsageError):
@@ -124,13 +130,19 @@ class LinkLimits:
 
 @dataclass(frozen=True, slots=True)
 class SlamwareSettings:
-    """What the base says of itself on the SLAMWARE control bus, and how often the built-in core polls it."""
+    """What the base says of itself on the SLAMWARE control bus, and what the built-in core polls. docs/slamware.md."""
 
     model: str = "wheelbench"
     firmware_version: int = 0x0001
     hardware_version: int = 1
     serial_number: str = "000000000000000000000000"
+    firmware_suffix: str = ""
+    dialect: str = "firmware-2018"
+    behaviour: str = "strict"
+    binary_configuration: str = ""
+    """Hexadecimal digits of the vendor's configuration tool, to answer 0x21 with; empty: made from the robot file."""
     poll_ms: int = 50
+    polls: str = "velocity"
 
 
 # --- what a transmitter is ---------------------------------------------------------------------------------------
@@ -189,6 +201,7 @@ class Robot:
     control: Control
     link: LinkLimits = field(default_factory=LinkLimits)
     slamware: SlamwareSettings = field(default_factory=SlamwareSettings)
+    fittings: Fittings = field(default_factory=Fittings)
     rc: Profile | None = None
     source: str = ""
     assumed: tuple[str, ...] = ()
@@ -228,6 +241,7 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
     data.take_schema()
     motor = data.table("motor").into(Motor)
     wheels = tuple(_read_wheel(entry) for entry in data.tables("wheel"))
+    body = data.table("body").into(Body)
     rc = data.get("rc", str, None)
     if profile is None and rc is not None:
         profile = _beside(path, rc)
@@ -235,13 +249,14 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
         name=data.get("name", str),
         about=data.get("about", str),
         wheels=wheels,
-        body=data.table("body").into(Body),
+        body=body,
         ground=data.table("ground").into(Ground),
         motor=motor,
         limits=data.table("limits").into(Limits),
         control=data.table("control").into(Control),
         link=data.table("link", optional=True).into(LinkLimits),
         slamware=data.table("slamware", optional=True).into(SlamwareSettings),
+        fittings=read_fittings(data, body.radius_m),
         rc=load_profile(profile) if profile is not None else None,
         source=data.get("source", str, ""),
         assumed=tuple(data.get("assumed", list, [])),
@@ -342,11 +357,11 @@ class Table:
             raise self.fail(name, f"expected a table [{self.key(name)}], got {value!r}")
         return Table(self.path, self.key(name), value)
 
-    def tables(self, name: str) -> list[Table]:
-        """Take an array of tables, at least one long."""
+    def tables(self, name: str, *, optional: bool = False) -> list[Table]:
+        """Take an array of tables, at least one long unless `optional`."""
         self.known.append(name)
-        value = self.values.pop(name, None)
-        if not isinstance(value, list) or not value or not all(isinstance(entry, dict) for entry in value):
+        value = self.values.pop(name, [] if optional else None)
+        if not isinstance(value, list) or not (value or optional) or not all(isinstance(e, dict) for e in value):
             raise self.fail(name, f"expected at least one table [[{self.key(name)}]]")
         return [Table(self.path, f"{self.key(name)}[{i}]", entry) for i, entry in enumerate(value)]
 
@@ -465,6 +480,10 @@ def _check_robot(path: Path, robot: Robot) -> None:
     except ValueError as error:
         raise fail("wheel", str(error)) from None
     said = robot.slamware
+    for key, choices in SLAMWARE_CHOICES.items():
+        chosen = getattr(said, key)
+        if chosen not in choices:
+            raise fail(f"slamware.{key}", f"{chosen!r} is unknown{nearest(chosen, list(choices))}")
     try:
         identity = Identity(said.model, said.firmware_version, said.hardware_version, said.serial_number)
         identity_answer(identity)

@@ -31,7 +31,8 @@ FOUNDATION = {"bench.messages", "bench.config", "bench.errors"}
 BUILDS_ON = {
     "errors.py": set(),
     "messages.py": set(),
-    "config.py": {"bench.errors", "bench.kinematics", "bench.loads", "bench.slamware.payloads"},
+    "config.py": {"bench.errors", "bench.fittings", "bench.kinematics", "bench.loads", "bench.slamware.payloads"},
+    "fittings.py": {"bench.config"},
     "loads.py": FOUNDATION | {"bench.kinematics"},
     "kinematics.py": FOUNDATION,
     "m2006.py": FOUNDATION,
