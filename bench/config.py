@@ -183,6 +183,7 @@ class Profile:
     dead_band: float = 0.05
     expo: float = 0.0
     frozen_ms: int = 0
+    max_travel: float = 0.0
     arming: str = "switch"
     file: Path | None = None
 
@@ -507,6 +508,8 @@ def _check_profile(path: Path, profile: Profile) -> None:
         raise fail("expo", f"expected 0 to 1, got {profile.expo}")
     if profile.period_ms < 1:
         raise fail("period_ms", f"expected at least 1, got {profile.period_ms}")
+    if profile.max_travel and profile.max_travel <= 1.0:
+        raise fail("max_travel", f"expected 0 (off) or more than 1 (full travel), got {profile.max_travel}")
     if profile.frozen_ms < 0:
         raise fail("frozen_ms", f"expected 0 (off) or more, got {profile.frozen_ms}")
     for name in ("forward", "right", "clockwise"):

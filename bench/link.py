@@ -5,7 +5,8 @@
               --silence----------> hold          a few frames missing; the last command stands
               --100 ms-----------> neutral       zero twist, braking
               --500 ms-----------> lost          zero current; disarmed until a deliberate re-arm
-    live      --failsafe flag, link quality 0, all channels 0, frozen--> neutral at once, no hold
+    live      --failsafe flag or mark, link quality 0, all used channels 0--> neutral at once, no hold
+              --where the profile asks for it: frozen, sticks out of travel-> neutral at once, no hold
 
 All times count from the last good frame, in ticks; the limits are those of the robot file's [link] table. A frame is
 good when it carries none of the marks above.
@@ -39,9 +40,12 @@ class RcLink:
         "_hold",
         "_quality_zero",
         "_quiet",
+        "_reach",
         "_same_since",
         "_seen_channels",
         "_sticks",
+        "_used",
+        "_watch_travel",
         "flagged_frames",
         "frame",
         "frames",
@@ -57,8 +61,12 @@ class RcLink:
         self._disarm = limits.disarm_ms
         self._quiet = min(max(1, int(QUIET_PERIODS * profile.period_ms)), limits.hold_ms - 1)
         self._frozen = profile.frozen_ms
+        self._used = _used_channels(profile)
         axes = (profile.forward, profile.right, profile.clockwise)
         self._sticks = tuple((axis.channel, axis.middle, axis.travel * profile.dead_band) for axis in axes)
+        # No stick reaches beyond its travel: where a failsafe setting is stored there, it says so (FlySky, i-BUS).
+        self._reach = tuple((axis.channel, axis.middle, axis.travel * profile.max_travel) for axis in axes)
+        self._watch_travel = profile.max_travel > 0.0
         self._seen_channels: tuple[int, ...] = ()
         self._same_since = 0
         self._quality_zero = False
@@ -126,12 +134,16 @@ class RcLink:
             return "failsafe flag"
         if self._quality_zero:
             return "link quality 0"
-        if not any(channels):
+        if len(channels) <= self._used[-1]:
+            return "channels missing"
+        if not any(channels[channel] for channel in self._used):
             return "all channels 0"
         if frame.frame_lost:
             return "frame lost"
-        if len(channels) <= max(channel for channel, _, _ in self._sticks):
-            return "channels missing"
+        if self._watch_travel and any(
+            abs(channels[channel] - middle) > reach for channel, middle, reach in self._reach
+        ):
+            return "sticks out of travel"
         if self._frozen:
             if channels != self._seen_channels:
                 self._seen_channels = channels
@@ -141,3 +153,15 @@ class RcLink:
             ):
                 return f"sticks frozen for {self._frozen} ms"
         return ""
+
+
+def _used_channels(profile: Profile) -> tuple[int, ...]:
+    """The channels that must not all be 0, in rising order.
+
+    A FrSky receiver set to "no pulses" sends zeros for what the transmitter drives, so the used ones decide. On uart12
+    0 is a stick's own end: only a frame of nothing but zeros is no frame of a driver's.
+    """
+    if profile.protocol == "uart12":
+        return tuple(range(6))
+    parts = (profile.forward, profile.right, profile.clockwise, profile.aux1, profile.aux2)
+    return tuple(sorted({part.channel for part in parts if part is not None}))

@@ -18,7 +18,8 @@ class Driver:
 
     def __init__(self, **profile_changes):
         robot = load_robot("m2006")
-        robot = replace(robot, rc=replace(robot.rc, **profile_changes))
+        limits = replace(robot.limits, linear_acceleration_mps2=3.0, angular_acceleration_radps2=15.0)
+        robot = replace(robot, rc=replace(robot.rc, **profile_changes), limits=limits)
         self.link = RcLink(robot.rc, robot.link)
         self.drive = Drive(robot)
         self.tick = -1
@@ -222,6 +223,6 @@ def test_a_robot_without_rc_takes_the_core_alone():
 
 def test_the_core_is_limited_like_the_sticks():
     drive = Drive(replace(load_robot("m2006"), rc=None))
-    for tick in range(3000):
+    for tick in range(5000):
         twist = drive.step(tick, None, BodyTwist(30.0, 40.0, -50.0), True, 0.0)
     assert twist == pytest.approx((0.6, 0.8, -2.0))

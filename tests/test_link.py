@@ -20,9 +20,9 @@ def a_link(**changes):
     return RcLink(replace(load_profile("uart12"), **changes), LinkLimits())
 
 
-def live_link(**changes):
+def live_link(first=MOVED, **changes):
     link = a_link(**changes)
-    assert link.step(0, [frame()]) == LIVE
+    assert link.step(0, [frame(first)]) == LIVE
     return link
 
 
@@ -125,3 +125,36 @@ def test_noise_counts_and_changes_nothing():
     assert link.step(10, [RcNoise(12, 7, "header")]) == LIVE
     assert link.noise_bytes == 7
     assert link.step(100, [RcNoise(19, 5, "header")]) == NEUTRAL
+
+
+@pytest.mark.parametrize(("beyond", "state"), [(224, LIVE), (225, LIVE), (226, NEUTRAL)])
+def test_sticks_out_of_travel_where_the_profile_asks_for_it(beyond, state):
+    # i-BUS in microseconds: 1500 +- 500, and 1.45 of that is 725 away: 775 and 2225 are the last that count
+    axis = {"middle": 1500, "travel": 500.0}
+    profile = load_profile("uart12")
+    axes = {name: replace(getattr(profile, name), **axis) for name in ("forward", "right", "clockwise")}
+    link = live_link((1500, 1500, 1600, 1500, 0, 0), max_travel=1.45, **axes)
+    raw = 2000 + beyond
+    assert link.step(10, [frame((1500, 1500, raw, 1500, 0, 0))]) == state
+    assert link.step(20, [frame((1500, 1500, 3000 - raw, 1500, 0, 0))]) == state
+
+
+def test_travel_is_not_watched_by_default():
+    assert live_link().step(10, [frame((2048, 2048, 4095, 2048, 0, 0))]) == LIVE
+
+
+CROSSFIRE_REST = (172, 992, 992, 992, *[992] * 12)
+
+
+@pytest.mark.parametrize(
+    ("channels", "state"),
+    [
+        ((172, 0, 0, 0, *[992] * 12), NEUTRAL),  # "no pulses": what the transmitter drives is 0, the rest may not be
+        ((172, 0, 0, 1, *[992] * 12), LIVE),
+        ((0, 992, 992, 992, *[0] * 12), LIVE),
+    ],
+)
+def test_zeros_on_all_used_channels_say_loss(channels, state):
+    link = RcLink(load_profile("crossfire"), LinkLimits())
+    assert link.step(0, [RcFrame(0, 26, CROSSFIRE_REST)]) == LIVE
+    assert link.step(4, [RcFrame(26, 26, channels)]) == state
