@@ -23,7 +23,9 @@ HERE = Path(__file__).parent
 ROBOTS_DIR = HERE / "robots"
 PROFILES_DIR = HERE / "profiles"
 PROTOCOLS = ("uart12", "sbus", "crsf")
-MOTOR_KINDS = ("c610",)
+MOTOR_KINDS = ("c610", "dm3519")
+ON_COMMAND_LOSS = {"c610": ("hold", "zero"), "dm3519": ("hold", "zero", "fault")}
+DM3519_CHOICES = {"feedback": ("temperatures", "error"), "clear_error": ("long", "short")}
 SLAMWARE_CHOICES = {
     "dialect": ("firmware-2018", "firmware-2018-omni", "firmware-2015", "sdk-2020"),
     "behaviour": ("strict", "as_reference_firmware"),
@@ -94,6 +96,16 @@ class Motor:
     speed_filter_ms: float = 10.0
     on_command_loss: str = "hold"
     command_timeout_ms: int = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Dm3519:
+    """Which of the contradicting sources a robot's DM3519 motors follow. docs/dm3519.md."""
+
+    full_scale_a: float = 20.0
+    """What 16384 counts of current stand for: 20 or 20.5 A."""
+    feedback: str = "temperatures"
+    clear_error: str = "long"
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +214,8 @@ class Robot:
     control: Control
     link: LinkLimits = field(default_factory=LinkLimits)
     slamware: SlamwareSettings = field(default_factory=SlamwareSettings)
+    dm3519: Dm3519 | None = None
+    """Set where the motors are of this kind, and only there."""
     fittings: Fittings = field(default_factory=Fittings)
     rc: Profile | None = None
     source: str = ""
@@ -257,6 +271,7 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
         control=data.table("control").into(Control),
         link=data.table("link", optional=True).into(LinkLimits),
         slamware=data.table("slamware", optional=True).into(SlamwareSettings),
+        dm3519=_read_dm3519(data, motor),
         fittings=read_fittings(data, body.radius_m),
         rc=load_profile(profile) if profile is not None else None,
         source=data.get("source", str, ""),
@@ -401,6 +416,25 @@ def _beside(path: Path, name: str) -> str | Path:
     return path.parent / name if name.endswith(".toml") else name
 
 
+def _read_dm3519(data: Table, motor: Motor) -> Dm3519 | None:
+    is_given = data.has("dm3519")
+    if motor.kind != "dm3519":
+        if is_given:
+            raise data.fail("dm3519", f"this table is for motor.kind = 'dm3519'; the file has {motor.kind!r}")
+        return None
+    table = data.table("dm3519", optional=True)
+    chosen = table.into(Dm3519)
+    if not 20.0 <= chosen.full_scale_a <= 20.5:
+        raise table.fail("full_scale_a", f"expected 20 to 20.5 A, got {chosen.full_scale_a}")
+    for key, choices in DM3519_CHOICES.items():
+        value = getattr(chosen, key)
+        if value not in choices:
+            raise table.fail(key, f"{value!r} is unknown{nearest(value, list(choices))}")
+    if motor.max_current_a > chosen.full_scale_a:
+        raise data.fail("motor.max_current_a", f"{motor.max_current_a} A is above dm3519.full_scale_a")
+    return chosen
+
+
 def _read_wheel(entry: Table) -> Wheel:
     """A wheel by (x_m, y_m, heading_deg) or, standing tangentially, by (bearing_deg, distance_m)."""
     if entry.has("bearing_deg"):
@@ -467,8 +501,10 @@ def _check_robot(path: Path, robot: Robot) -> None:
             raise fail(f"wheel.{key}", f"{twice[0]!r} is given to more than one wheel")
     if robot.motor.kind not in MOTOR_KINDS:
         raise fail("motor.kind", f"{robot.motor.kind!r} is unknown{nearest(robot.motor.kind, list(MOTOR_KINDS))}")
-    if robot.motor.on_command_loss not in ("hold", "zero"):
-        raise fail("motor.on_command_loss", f"expected 'hold' or 'zero', got {robot.motor.on_command_loss!r}")
+    reactions = ON_COMMAND_LOSS[robot.motor.kind]
+    if robot.motor.on_command_loss not in reactions:
+        known = " or ".join(map(repr, reactions))
+        raise fail("motor.on_command_loss", f"expected {known}, got {robot.motor.on_command_loss!r}")
     if robot.motor.load_friction >= 1.0:
         raise fail("motor.load_friction", f"expected less than 1, got {robot.motor.load_friction}")
     if robot.limits.current_a > robot.motor.max_current_a:
