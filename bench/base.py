@@ -18,7 +18,7 @@ from bench.drive import Drive
 from bench.kinematics import Kinematics, desaturate
 from bench.link import RcLink
 from bench.m2006 import MotorBus
-from bench.messages import TICK_US, CanFrame
+from bench.messages import TICK_US, BodyTwist, CanFrame
 from bench.odometry import Odometry
 from bench.slamware.base_side import SlamwareBase
 
@@ -55,6 +55,7 @@ class Base:
         self.link = RcLink(profile, robot.link) if profile else None
         self.wanted_radps = [0.0] * len(robot.wheels)
         self.powered = False
+        self._twist: BodyTwist | None = None  # the one that `wanted_radps` moves the base with
         self._feedback_timeout = robot.link.feedback_timeout_ms
 
     def step(
@@ -82,8 +83,11 @@ class Base:
         twist = self.drive.step(tick, link, slave.wanted_twist, slave.alive(tick), self.odometry.heading_rad)
         self.powered = twist is not None and motors.silent_ticks(tick) < self._feedback_timeout
         if twist is None or not self.powered:
+            self._twist = None
             self.wanted_radps = [0.0] * len(self.wanted_radps)
             self.controller.reset()
             return motors.stop(), answer
-        self.wanted_radps = desaturate(self.kinematics.wheel_speeds(twist), self.robot.limits.wheel_radps)
+        if twist is not self._twist:  # while cruising it is the same one for many ticks
+            self._twist = twist
+            self.wanted_radps = desaturate(self.kinematics.wheel_speeds(twist), self.robot.limits.wheel_radps)
         return motors.command(self.controller.step(self.wanted_radps, motors.speeds_radps)), answer

@@ -21,7 +21,7 @@ from bench.messages import CanFrame
 
 COMMAND_IDS = (0x200, 0x1FF)  # ESCs 1 to 4, ESCs 5 to 8
 FEEDBACK_ID = 0x200  # plus the ESC's number, 1 to 8
-MAX_RAW = 10_000  # C610 user guide: -10000 .. 10000 stands for -10 A .. 10 A
+MIN_RAW, MAX_RAW = -10_000, 10_000  # C610 user guide: stands for -10 A .. 10 A
 RAW_PER_A = 1000.0
 COUNTS = 8192  # counts in one rotor turn (not 8191: two public drivers drift one count a turn)
 HALF_TURN = COUNTS // 2
@@ -35,8 +35,8 @@ FRAME_LENGTH = 8
 def encode_command(currents_raw: Sequence[int]) -> bytes:
     """Four currents in counts of 1 mA -> 8 bytes. Raises ValueError outside -10000 .. 10000."""
     for raw in currents_raw:
-        if not -MAX_RAW <= raw <= MAX_RAW:
-            raise ValueError(f"current {raw} outside -{MAX_RAW}..{MAX_RAW}")
+        if not MIN_RAW <= raw <= MAX_RAW:
+            raise ValueError(f"current {raw} outside {MIN_RAW}..{MAX_RAW}")
     return _COMMAND.pack(*currents_raw)
 
 
@@ -125,7 +125,7 @@ class MotorBus:
             (wheel, 4 * frame + slot, wiring.raw_per_a[wheel]) for wheel, (frame, slot) in enumerate(wiring.slots)
         )
         self._stop_frames = tuple((can_id, bytes(FRAME_LENGTH)) for can_id in wiring.command_ids)
-        self._limit_raw = int(robot.limits.current_a * RAW_PER_A)
+        self._limit_raw = float(math.floor(robot.limits.current_a * RAW_PER_A))
         self._reports: list[tuple[int, int, int] | None] = [None] * count
         self._seen = [-1] * count
         self._tick = self._taken_tick = self._quietest_tick = -1
@@ -188,16 +188,17 @@ class MotorBus:
 
     def command(self, currents_a: Sequence[float]) -> tuple[CanFrame, ...]:
         """Currents in the wheels' positive sense -> command frames. The last line before the port: it clamps."""
-        limit = self._limit_raw
+        most = self._limit_raw
+        least = -most
         raws = [0] * (4 * len(self._command_ids))
         for wheel, place, raw_per_a in self._outputs:
             raw = currents_a[wheel] * raw_per_a
-            if -limit <= raw <= limit:
+            if least <= raw <= most:
                 raws[place] = round(raw)
-            elif raw > limit:
-                raws[place] = limit
-            elif raw < -limit:
-                raws[place] = -limit
+            elif raw > most:
+                raws[place] = round(most)
+            elif raw < least:
+                raws[place] = round(least)
             # Not-a-number compares false with everything: its slot stays 0.
         if len(raws) == 4:
             return ((self._command_ids[0], _COMMAND.pack(*raws)),)
@@ -263,9 +264,9 @@ class EmulatedEscs:
             raws = _COMMAND.unpack(data)
             for wheel, slot, raw_per_a in wheels:
                 raw = raws[slot]
-                if raw > MAX_RAW or raw < -MAX_RAW:
+                if not MIN_RAW <= raw <= MAX_RAW:
                     # What a C610 does beyond its range is not documented; clamping is the harmless assumption.
-                    raw = MAX_RAW if raw > 0 else -MAX_RAW
+                    raw = MAX_RAW if raw > 0 else MIN_RAW
                 currents_a[wheel] = raw / raw_per_a
                 self._heard[wheel] = tick
         if self._timeout_ticks is not None:
@@ -284,7 +285,7 @@ class EmulatedEscs:
             rpm = rpms[wheel]
             rpm += filter_share * (speeds_radps[wheel] * rpm_per_radps - rpm)
             rpms[wheel] = rpm
-            counts = math.floor(angles_rad[wheel] * counts_per_rad) & (COUNTS - 1)
+            counts = math.floor(angles_rad[wheel] * counts_per_rad) % COUNTS
             current_ma = round(currents_a[wheel] * raw_per_a)
             whole_rpm = round(rpm)
             if not -32768 <= whole_rpm <= 32767:  # no M2006 gets there; the field saturates rather than wraps
