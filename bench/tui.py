@@ -6,6 +6,7 @@ in `io/`. Here is only what needs Textual.
 
 from __future__ import annotations
 
+import os
 import signal
 from types import FrameType
 
@@ -51,8 +52,8 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def on_mount(self) -> None:
         """Start the frames; let the system's ways to end a program be as orderly as the keys."""
-        self.app_suspend_signal.subscribe(self, lambda _: self.session.hands_off())
-        self.app_resume_signal.subscribe(self, lambda _: self.session.awake())
+        for change in (self.app_suspend_signal, self.app_resume_signal):
+            change.subscribe(self, lambda _: self.session.asleep())
         for number in ENDING_SIGNALS:
             self._handlers[number] = signal.signal(number, self._on_signal)
         self.set_interval(1 / FRAMES_PER_S, self.frame)
@@ -138,6 +139,8 @@ def show(
 
 def _open(session: Session) -> int:
     app = Dashboard(session)
+    for name in ("COLUMNS", "LINES"):
+        os.environ.pop(name, None)  # where they are set (readline does), they would stand for the size for ever
     try:
         app.run(mouse=False)  # nothing takes the mouse: it stays the terminal's, for selecting text
     finally:

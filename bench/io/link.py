@@ -21,6 +21,8 @@ from bench.slamware import FrameDecoder, SlamwareEvent
 TRAIL_PERIOD_TICKS = 50
 TRAIL_STEP_M = 0.005
 TRAIL_POINTS = 1200
+RC_TAIL = 256
+"""Bytes of the RC stream that are kept: more than the longest frame and what may follow it."""
 
 
 class BenchStopped(BenchError):
@@ -79,7 +81,9 @@ class InlineLink:
         self._closed = False
         self._snapshot = bench.snapshot()
         self._x = bench.state_columns.index("x_m")
-        self._rc: tuple[int, bytes] | None = None
+        self._rc_tick = 0
+        self._rc_total = 0
+        self._rc_tail = bytearray()
         self._last: TickOutput | None = None
         self._requests, self._answers = FrameDecoder(), FrameDecoder()
         self._request: tuple[int, SlamwareEvent] | None = None
@@ -107,7 +111,15 @@ class InlineLink:
         """The last frames, as they are after the last tick."""
         last = self._last
         commands = (last.tick, last.can_commands) if last is not None else None
-        return Wires(self._rc, commands, self._feedback, self._request, self._answer)
+        return Wires(self._last_rc(), commands, self._feedback, self._request, self._answer)
+
+    def _last_rc(self) -> tuple[int, bytes] | None:
+        """The bytes of the last good frame; while there is none, what came last."""
+        frame, tail = self.latest().rc_frame, self._rc_tail
+        if frame is not None:
+            start = frame.offset - (self._rc_total - len(tail))
+            tail = tail[start : start + frame.length] if start >= 0 else tail
+        return (self._rc_tick, bytes(tail[-RC_TAIL:])) if self._rc_total else None
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on as if no time had passed."""
@@ -152,7 +164,11 @@ class InlineLink:
             taker.add(out)
         tick = out.tick
         if out.rc:
-            self._rc = (tick, out.rc)
+            self._rc_tick = tick
+            self._rc_total += len(out.rc)
+            self._rc_tail += out.rc
+            if len(self._rc_tail) > 4 * RC_TAIL:
+                del self._rc_tail[:-RC_TAIL]
         if out.can_feedback:
             self._feedback = (tick, out.can_feedback)
         if out.core_to_base and (events := self._requests.feed(out.core_to_base, tick)):

@@ -8,11 +8,11 @@ from bench.screen.canvas import Canvas
 from bench.screen.scene import Scene
 from bench.screen.text import GHOST, GRID, LABEL, PLAIN, ROBOT, TRAIL, Line, fit
 
-ZOOM_WIDTH_M = 1.5
-GRID_M, ZOOM_GRID_M = 1.0, 0.25
+ZOOM_WIDTH_M = 1.0
+GRID_M, ZOOM_GRID_M = 1.0, 0.2
 TRUE_SIZE_FROM_DOTS = 3.0
 """A robot with a radius of fewer dots is drawn as an arrow: a ring that small shows no heading."""
-NOSE_DOTS = 6.0
+NOSE_DOTS, NOSE_RADII = 6.0, 1.5
 ARROWS = "→↗↑↖←↙↓↘"
 
 
@@ -24,7 +24,7 @@ def arena(scene: Scene, width: int, height: int) -> list[Line]:
     if scene.zoom:
         scale = canvas.width / ZOOM_WIDTH_M
         centre = (scene.snapshot.pose.x_m, scene.snapshot.pose.y_m)
-        caption, grid_m = f" {ZOOM_WIDTH_M:g} m around the robot ", ZOOM_GRID_M
+        caption, grid_m = f" {ZOOM_WIDTH_M:g} m across, around the robot ", ZOOM_GRID_M
     else:
         scale = min(canvas.width / length_m, canvas.height / width_m)
         centre = (0.0, 0.0)
@@ -75,6 +75,8 @@ def _walls(view: _View, half_length: float, half_width: float) -> None:
     # Cut to the picture first: a line of which most lies outside would cost its whole length.
     u0, u1 = max(left, 0.0), min(right, canvas.width - 1.0)
     v0, v1 = max(top, 0.0), min(bottom, canvas.height - 1.0)
+    if u0 > u1 or v0 > v1:
+        return
     for v in (top, bottom):
         canvas.line(u0, v, u1, v, LABEL)
     for u in (left, right):
@@ -95,7 +97,7 @@ def _robot(view: _View, scene: Scene) -> None:
     for i in range(points):
         angle = 2 * math.pi * i / points
         canvas.dot(u + radius * math.cos(angle), v + radius * math.sin(angle), ROBOT)
-    canvas.line(u, v, u + radius * c, v + radius * s, ROBOT)
+    canvas.line(u, v, u + NOSE_RADII * radius * c, v + NOSE_RADII * radius * s, ROBOT)
     for wheel in scene.robot.wheels:
         wx, wy = (wheel.x_m * view.scale, -wheel.y_m * view.scale)
         at_u, at_v = u + c * wx - s * wy, v + s * wx + c * wy

@@ -18,8 +18,8 @@ from bench.screen.text import (
     width_of,
 )
 
-HELP_AND_QUIT: Line = [("  ?", KEY), (" help", LABEL), ("  Esc", KEY), (" quit ", LABEL)]
-STOP: Line = [("Space", KEY), (" STOP", PLAIN)]
+HELP_AND_QUIT: Line = [("  ?", KEY), (" help", LABEL), ("  Esc", KEY), (" quit", LABEL)]
+STOP: Line = [("Space", KEY), (" STOP", WARN)]
 
 
 def title(scene: Scene, width: int, height: int) -> list[Line]:
@@ -32,10 +32,10 @@ def title(scene: Scene, width: int, height: int) -> list[Line]:
         name += f"  ● REC {scene.recording}"
     rate = pace.rate if pace.speed is None else pace.speed
     speed = (" PAUSED ", WARN_BADGE) if pace.paused else (f" ×{rate:.2f}".ljust(8), TITLE)
-    time = f"  {scene.snapshot.tick / 1000:.3f} s "
+    time = f"{scene.snapshot.tick / 1000:.3f} s "
     long: Line = [(time, TITLE), speed, (f" late {pace.late_ticks:3d} ms, slipped {pace.slipped_ticks} ms ", TITLE)]
     short: Line = [(time, TITLE), speed, (f" slipped {pace.slipped_ticks} ms ", TITLE)]
-    return [both_ends([(name, TITLE)], long if len(name) + width_of(long) <= width else short, width, TITLE)]
+    return [both_ends([(name, TITLE)], long if len(name) + 2 + width_of(long) <= width else short, width, TITLE)]
 
 
 def progress(scene: Scene, width: int, height: int) -> list[Line]:
@@ -43,7 +43,8 @@ def progress(scene: Scene, width: int, height: int) -> list[Line]:
     replay = scene.replay
     assert replay is not None
     done, all_of_it = scene.snapshot.tick, max(1, replay.ticks)
-    bar = fill_bar(done / all_of_it, max(10, width // 5))
+    # On a narrow screen the verdict needs the room.
+    bar = fill_bar(done / all_of_it, width // 12 if width < 100 else width // 5)
     position = f"{done / 1000:.1f} of {all_of_it / 1000:.1f} s  "
     role, mark = _verdict(replay.verdict)
     verdict = (f"{mark} {replay.verdict} ", role) if replay.verdict else ("no golden to compare with", LABEL)
@@ -61,20 +62,20 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
         pause = "go on" if scene.pace.paused else "pause"
         return [both_ends(_keys(("P", pause), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]
     line = _drive_keys(scene, hands, long=True)
-    if width_of(line) + width_of(always) > width:
+    if width_of(line) + 2 + width_of(always) > width:
         line = _drive_keys(scene, hands, long=False)
     return [both_ends(line, always, width)]
 
 
 def _drive_keys(scene: Scene, hands: Hands, *, long: bool) -> Line:
     """Each key with what it would do, or what it has set: the words keep their width, so that nothing jumps."""
-    power = f"{hands.power_percent:3d} %"
+    power = f"{hands.power_percent} %"
     arm = "disarm" if scene.snapshot.armed else "arm   "
     radio = {None: "none", True: "on ", False: "OFF"}[hands.transmitter_on]
     if not long:
         return _keys(("WASDQE", power), ("Enter", arm), ("T", f"radio {radio}"), ("C", "arc"))
-    asks = "asks for an arc" if hands.core_asks else "asks to stand  "
-    drive, transmitter, core = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}"), ("C", f"core {asks}")
+    drive, transmitter = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}")
+    core = ("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")
     return _keys(drive, ("Enter", arm), transmitter, core, ("Z", "follow"))
 
 

@@ -18,7 +18,7 @@ class Canvas:
         self.height = rows * 4
         self._bits = [0] * (columns * rows)
         self._roles = [PLAIN] * (columns * rows)
-        self._signs: dict[int, str] = {}
+        self._signs: dict[int, tuple[str, str]] = {}
 
     def dot(self, u: float, v: float, role: str) -> None:
         """One dot, u to the right and v down."""
@@ -38,21 +38,20 @@ class Canvas:
         """A character in place of the dots of the cell where the point lies."""
         x, y = int(u // 2), int(v // 4)
         if 0 <= x < self.columns and 0 <= y < self.rows:
-            self._signs[y * self.columns + x] = sign
-            self._roles[y * self.columns + x] = role
+            self._signs[y * self.columns + x] = (sign, role)
 
     def lines(self) -> list[Line]:
         """The picture, one line a row; an empty cell is a blank."""
         out = []
         for start in range(0, self.columns * self.rows, self.columns):
             line: Line = []
-            text, role = "", self._roles[start]
+            text, role = "", PLAIN
             for cell in range(start, start + self.columns):
                 bits = self._bits[cell]
-                sign = self._signs.get(cell) or (chr(_BRAILLE + bits) if bits else " ")
-                if self._roles[cell] != role:
+                sign, own = self._signs.get(cell) or (chr(_BRAILLE + bits) if bits else " ", self._roles[cell])
+                if own != role and text:
                     line.append((text, role))
-                    text, role = "", self._roles[cell]
-                text += sign
+                    text = ""
+                text, role = text + sign, own
             out.append([*line, (text, role)])
         return out

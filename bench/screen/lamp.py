@@ -28,7 +28,7 @@ class GoldenLamp:
     def text(self) -> str:
         """A few words: "identical so far", or what differs first."""
         if self.first is not None:
-            return _words(self.first)
+            return f"differs: {_words(self.first)}"
         so_far = "" if self.ended else " so far"
         if self._within is not None:
             return f"within tolerances{so_far}: {_words(self._within)}"
@@ -89,5 +89,5 @@ def _named(frames: tuple[CanFrame, ...]) -> list[tuple[str, bytes]]:
 def _words(difference: Difference) -> str:
     name, unit = shown(difference.wire, difference.field)
     at = f"{difference.tick // 1000}.{difference.tick % 1000:03d} s"
-    wire = difference.wire.removeprefix("can ")
-    return f"{at} {wire} {name} {shown_value(difference.got)}{unit}, golden {shown_value(difference.expected)}{unit}"
+    got, expected = shown_value(difference.got), shown_value(difference.expected)
+    return f"{difference.wire.removeprefix('can ')} {name} {got} not {expected}{unit} at {at}"

@@ -16,31 +16,30 @@ DRIVE_KEYS = (
     ("Enter", "arm, disarm (AUX1)"),
     ("Space", "stop: sticks to rest, disarm"),
     ("F", "field-centric on, off (AUX2)"),
-    ("T", "transmitter off, on: link loss"),
-    ("C", "the core asks for an arc, or not"),
+    ("T", "transmitter off, on"),
+    ("C", "core asks for an arc, or not"),
 )
 RUN_KEYS = (
     ("P", "pause, go on"),
     ("[ ]", "slower, faster"),
     ("Z", "follow the robot"),
-    ("?", "this page; Escape, Ctrl-Q quit"),
+    ("?", "this page; Esc, Ctrl-Q quit"),
 )
 DRIVE_NOTES = (
     "A key drives as long as it repeats: let go, and the sticks are at rest 120 ms later. A tap nudges.",
     "Sticks at rest for half a second hand over to the core, if it is alive. A lost link disarms: arm again by hand.",
 )
 REPLAY_NOTES = ("This is a replay: what was recorded runs through the bench again, and no key changes it.",)
-_KEY_WIDTH, _MEANING_WIDTH = 10, 33
+_KEY_WIDTH = 10
 
 
 def help_page(scene: Scene, width: int, height: int) -> list[Line]:
     """What the keys do, in two columns where there is room."""
     driving = scene.hands is not None
-    cells: list[Line] = [
-        [(f" {key:{_KEY_WIDTH}}", KEY), (f"{meaning:{_MEANING_WIDTH}}", PLAIN)]
-        for key, meaning in (DRIVE_KEYS if driving else ()) + RUN_KEYS
-    ]
-    if width >= 2 * (1 + _KEY_WIDTH) + _MEANING_WIDTH + len(RUN_KEYS[-1][1]):
+    keys = (DRIVE_KEYS if driving else ()) + RUN_KEYS
+    column = 1 + max(len(meaning) for _, meaning in keys)
+    cells: list[Line] = [[(f" {key:{_KEY_WIDTH}}", KEY), (f"{meaning:{column}}", PLAIN)] for key, meaning in keys]
+    if width >= 2 * (1 + _KEY_WIDTH + column):
         half = (len(cells) + 1) // 2
         right: list[Line] = [*cells[half:], []]
         cells = [one + other for one, other in zip(cells[:half], right, strict=False)]

@@ -16,8 +16,8 @@ from bench.screen.layout import Place
 from bench.screen.text import Line
 
 BACKGROUND, FOREGROUND = "#10141a", "#c8d0d8"
-STYLES = {
-    text.PLAIN: Style(),
+_COLOURS = {
+    text.PLAIN: Style(color=FOREGROUND),
     text.LABEL: Style(color="#7f8b98"),
     text.TITLE: Style(color="#ffffff", bgcolor="#1f4e79", bold=True),
     text.KEY: Style(color="#6fc3df", bold=True),
@@ -25,13 +25,14 @@ STYLES = {
     text.WARN: Style(color="#e5b84b"),
     text.GOOD_BADGE: Style(color="#000000", bgcolor="#5fbf77", bold=True),
     text.WARN_BADGE: Style(color="#000000", bgcolor="#e5b84b", bold=True),
-    text.BAD_BADGE: Style(color="#ffffff", bgcolor="#c0392b", bold=True),
+    text.BAD_BADGE: Style(color="#ffffff", bgcolor="#a8001c", bold=True),
     text.ROBOT: Style(color="#ffffff", bold=True),
     text.GHOST: Style(color="#d787d7", bold=True),
     text.TRAIL: Style(color="#4f9fcf"),
     text.GRID: Style(color="#4a5561"),
 }
 """Chosen so that the nearest of sixteen colours means the same."""
+STYLES = {role: Style(bgcolor=BACKGROUND) + style for role, style in _COLOURS.items()}
 
 
 class Panel(Widget):
@@ -76,7 +77,7 @@ class Panel(Widget):
 
     def render_line(self, y: int) -> Strip:
         """One row, as Textual asks for it."""
-        return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width)
+        return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width, STYLES[text.PLAIN])
 
 
 def _strip(line: Line) -> Strip:

@@ -90,8 +90,8 @@ class Session:
         if self.keyboard is not None:
             self.keyboard.release()
 
-    def awake(self) -> None:
-        """The program was stopped and goes on: what passed meanwhile is no delay of ours."""
+    def asleep(self) -> None:
+        """The program is about to be stopped, or goes on: what passes between is no delay of ours."""
         self.hands_off()
         self.link.pacer.restart()
 

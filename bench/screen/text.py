@@ -49,11 +49,11 @@ def fit(line: Line, width: int, fill: str = PLAIN) -> Line:
 
 
 def both_ends(left: Line, right: Line, width: int, fill: str = PLAIN) -> Line:
-    """Left and right with blanks between; where there is no room for both, the left is cut."""
-    right_width = width_of(right)
-    if right_width >= width:
+    """Left and right, two blanks between at least; where there is no room for both, the left is cut."""
+    room = width - width_of(right) - 2
+    if room < 0:
         return fit(right, width, fill)
-    return fit(left, width - right_width, fill) + right
+    return [*fit(left, room, fill), ("  ", fill), *right]
 
 
 def signed(value: float, width: int, decimals: int) -> str:

@@ -7,8 +7,8 @@ from bench.screen.text import GOOD, LABEL, PLAIN, WARN, Line, fill_bar, signed, 
 
 AT_LIMIT = 0.98
 """Share of the current limit from which a wheel is said to be at it."""
-NUMBERS_WIDTH = 46
-"""Everything on a line but its two bars."""
+NUMBERS_WIDTH = 47
+"""Everything on a line but its two bars, and a margin."""
 
 
 def wheels(scene: Scene, width: int, height: int) -> list[Line]:
@@ -18,7 +18,7 @@ def wheels(scene: Scene, width: int, height: int) -> list[Line]:
     bars = width - NUMBERS_WIDTH
     speed_width = bars * 3 // 5 // 2 * 2 + 1  # odd: there is a middle
     current_width = bars - speed_width
-    scale = f"◆ wanted █ is, to {top:.0f}"
+    scale = f"◆ wanted █ is ±{top:.0f}"
     lines: list[Line] = [
         [
             (f" {'wheel':12}{'wanted':>7} {'is rad/s':>8} ", LABEL),

@@ -13,14 +13,14 @@ from bench.slamware import summary
 
 T = TypeVar("T")
 
-NAME_WIDTH = 9
+NAME_WIDTH = 8
 AGE_WIDTH = 7
 
 
 def wires(scene: Scene, width: int, height: int) -> list[Line]:
     """RC, CAN both ways, the control bus both ways; with a heading where there is room for it."""
     last = scene.wires
-    room = width - 1 - NAME_WIDTH - AGE_WIDTH - 2
+    room = width - 1 - NAME_WIDTH - AGE_WIDTH - 2 - 1
     now = scene.snapshot.tick - 1
     lines = [
         _line("rc", now, last.rc, lambda data: _rc(scene, data, room)),

@@ -1,0 +1,193 @@
+"""Pictures of the running dashboard for the documents: docs/pictures/*.svg, and *.png where a converter is there.
+
+    python scripts/screenshots.py [FOLDER]
+
+The app runs for real, by a pacer that grants the same ticks each time: the same pictures from the same code. For PNG
+one of these is used: rsvg-convert (librsvg2-bin), resvg-py, cairosvg; with the font Fira Code (fonts-firacode).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import html
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+from bench.check.reading import Recording
+from bench.check.recording import RunInfo
+from bench.check.run import Run, from_scenario
+from bench.check.summary import Summary
+from bench.config import load_robot
+from bench.demo import SCENARIO, golden_directory
+from bench.io.clock import FreePacer
+from bench.io.link import InlineLink
+from bench.loop import simulated
+from bench.screen.keyboard import Keyboard
+from bench.screen.lamp import GoldenLamp
+from bench.screen.session import Session
+from bench.tui import Dashboard
+
+PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
+FRAME_TICKS = 50
+CELL_WIDTH = 12.2
+_RUN_OF_CELLS = r'<text class="(\S+)" x="(\S+)" y="(\S+)" textLength="\S+" clip-path="(\S+)">(.*?)</text>'
+
+
+class Stepped(FreePacer):
+    """Grants a frame's ticks when told to, and none by itself."""
+
+    granted = 0
+
+    def due(self, done: int) -> int:
+        """What was granted, once."""
+        ticks, self.granted = self.granted, 0
+        return ticks
+
+
+def frames(app: Dashboard, count: int, *keys: str) -> None:
+    """So many frames, with keys held down all the while."""
+    pacer = app.session.link.pacer
+    assert isinstance(pacer, Stepped)
+    for _ in range(count):
+        for key in keys:
+            app.session.key(key)
+        pacer.granted = FRAME_TICKS
+        app.frame()
+
+
+async def driven(app: Dashboard) -> None:
+    """Armed, driven round a bend and on."""
+    frames(app, 10)
+    app.session.key("enter")
+    frames(app, 4)
+    frames(app, 30, "w")
+    frames(app, 45, "w", "q")
+    frames(app, 30, "a")
+    frames(app, 12, "w", "e")
+
+
+async def by_core(app: Dashboard) -> None:
+    """The core drives, seen from close by."""
+    await driven(app)
+    app.session.key("c")
+    app.session.key("z")
+    frames(app, 60)
+
+
+async def lost(app: Dashboard) -> None:
+    """The transmitter went off while driving."""
+    await driven(app)
+    app.session.key("t")
+    frames(app, 60)
+
+
+async def keys(app: Dashboard) -> None:
+    """The page of keys."""
+    await driven(app)
+    app.session.key("?")
+    frames(app, 1)
+
+
+async def replayed(app: Dashboard) -> None:
+    """The demo, some way in."""
+    frames(app, 350)
+
+
+SHOTS: dict[str, tuple[int, int, Callable[[Dashboard], Awaitable[None]]]] = {
+    "drive-80x24": (80, 24, driven),
+    "drive-120x40": (120, 40, driven),
+    "core-80x24": (80, 24, by_core),
+    "link-lost-80x24": (80, 24, lost),
+    "keys-80x24": (80, 24, keys),
+    "demo-120x40": (120, 40, replayed),
+}
+
+
+def driving() -> Session:
+    """A fresh bench at the keyboard."""
+    robot = load_robot("m2006")
+    keyboard = Keyboard(robot.rc)
+    job = Run("m2006", simulated(robot), 0, keyboard.inputs, RunInfo("m2006", "uart12"))
+    return Session(InlineLink(job.bench, keyboard.inputs, Stepped()), keyboard=keyboard)
+
+
+def showing() -> Session:
+    """A fresh demo."""
+    job, summary, lamp = from_scenario(SCENARIO), Summary(), GoldenLamp(Recording.open(golden_directory()))
+    link = InlineLink(job.bench, job.inputs, Stepped(), takers=[summary, lamp], ticks=job.ticks)
+    return Session(link, job=job, lamp=lamp, summary=summary)
+
+
+async def shoot(name: str, folder: Path) -> Path:
+    """One picture."""
+    width, height, play = SHOTS[name]
+    app = Dashboard(showing() if play is replayed else driving())
+    async with app.run_test(size=(width, height)) as pilot:
+        await play(app)
+        await pilot.pause()
+        # The identifiers are made from a random number; a fixed one makes pictures that compare.
+        svg = re.sub(r"terminal-\d+", "terminal-1", app.export_screenshot(title="wheelbench"))
+        svg = svg.replace("font-size: 20px;", "font-size: 20px; font-variant-ligatures: none;")
+    path = folder / f"{name}.svg"
+    path.write_text(svg, encoding="utf-8")
+    return path
+
+
+def to_png(svg: Path) -> bool:
+    """Convert by whatever is there; False where nothing is."""
+    png = svg.with_suffix(".png")
+    if shutil.which("rsvg-convert"):
+        done = subprocess.run(["rsvg-convert"], input=for_rsvg(svg).encode(), stdout=subprocess.PIPE, check=True)
+        png.write_bytes(done.stdout)
+    elif importlib.util.find_spec("resvg_py"):
+        import resvg_py
+
+        png.write_bytes(bytes(resvg_py.svg_to_bytes(svg_path=str(svg))))
+    elif importlib.util.find_spec("cairosvg"):
+        import cairosvg
+
+        cairosvg.svg2png(url=str(svg), write_to=str(png))
+    else:
+        return False
+    return True
+
+
+def for_rsvg(svg: Path) -> str:
+    """Every character at its own place: librsvg trims blanks, knows no textLength, and not every font has braille."""
+
+    def one_by_one(match: re.Match[str]) -> str:
+        role, x, y, clip, words = match.groups()
+        places = ((float(x) + CELL_WIDTH * i, sign) for i, sign in enumerate(html.unescape(words)))
+        return "".join(
+            f'<text class="{role}" x="{at:.1f}" y="{y}" clip-path="{clip}">{html.escape(sign)}</text>'
+            for at, sign in places
+            if not sign.isspace()
+        )
+
+    text = svg.read_text(encoding="utf-8").replace("font-size: 20px", "font-size: 20.333px")
+    return re.sub(
+        r'<text class="(\S+)" x="(\S+)" y="(\S+)" textLength="\S+" clip-path="(\S+)">(.*?)</text>', one_by_one, text
+    )
+
+
+def main() -> int:
+    """Make every picture."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else PICTURES
+    folder.mkdir(parents=True, exist_ok=True)
+    converted = True
+    for name in SHOTS:
+        svg = asyncio.run(shoot(name, folder))
+        converted = to_png(svg) and converted
+        print(svg)
+    if not converted:
+        print("no PNG made: install librsvg2-bin (rsvg-convert), or resvg-py, or cairosvg, and the font fonts-firacode")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,111 @@
+"""A person at a desk, without the desk: a pacer that grants ticks when told, a session on a bench, a fixed scene."""
+
+from dataclasses import replace
+
+from bench.check.recording import RunInfo
+from bench.check.run import Run
+from bench.config import load_robot
+from bench.io.clock import FreePacer
+from bench.io.link import InlineLink, Wires
+from bench.loop import simulated
+from bench.messages import BodyTwist, Pose, RcFrame, Snapshot
+from bench.screen.keyboard import Keyboard
+from bench.screen.scene import Hands, Pace, Scene
+from bench.screen.session import Session
+from bench.slamware import FrameDecoder
+
+M2006 = load_robot("m2006")
+
+
+class Granted(FreePacer):
+    """So many ticks as were granted since the last time."""
+
+    granted = 0
+
+    def due(self, done):
+        ticks, self.granted = self.granted, 0
+        return ticks
+
+
+def a_job(robot=M2006, keyboard=None):
+    keyboard = keyboard or Keyboard(robot.rc)
+    info = RunInfo(robot.name, robot.rc.name if robot.rc else None)
+    return Run(robot.name, simulated(robot), 0, keyboard.inputs, info), keyboard
+
+
+def at_the_keys(robot=M2006, takers=(), **options):
+    """A session that drives a fresh bench; `pass_ticks` is how its time goes on."""
+    job, keyboard = a_job(robot)
+    return Session(InlineLink(job.bench, keyboard.inputs, Granted(), takers=takers), keyboard=keyboard, **options)
+
+
+def pass_ticks(session, ticks):
+    session.link.pacer.granted = ticks
+    session.frame()
+
+
+def armed(robot=M2006, **options):
+    session = at_the_keys(robot, **options)
+    pass_ticks(session, 50)
+    session.key("enter")
+    pass_ticks(session, 100)
+    assert session.link.latest().armed
+    return session
+
+
+SNAPSHOT = Snapshot(
+    tick=12_346,
+    pose=Pose(1.25, -0.5, 0.7853981633974483),
+    twist=BodyTwist(0.4012, -0.0204, 0.55),
+    odometry=Pose(1.248, -0.501, 0.7880),
+    link="live",
+    link_reason="",
+    link_age_ms=4,
+    armed=True,
+    why_disarmed="",
+    driver="rc",
+    field_centric=False,
+    sticks=(0.5, 0.0, -0.25),
+    rc_frame=RcFrame(14_808, 12, (2176, 2048, 1024, 2048, 0, 1)),
+    rc_frames=1235,
+    rc_noise_bytes=7,
+    wheel_names=("front right", "rear", "front left"),
+    wheel_wanted_radps=(18.5, -2.0, -17.25),
+    wheel_radps=(17.4, -2.0, -16.9),
+    wheel_current_a=(0.6, -0.12, -0.31),
+    current_limit_a=0.6,
+    core_alive=True,
+    core_connected=True,
+    core_twist=BodyTwist(0.2, 0.0, 0.5),
+)
+WIRES = Wires(
+    rc=(12_341, bytes.fromhex("AA 0880 0800 0400 0800 00 01 55")),
+    can_commands=(12_345, ((0x200, bytes.fromhex("FDA8 0078 FEC9 0000")),)),
+    can_feedback=(
+        12_345,
+        (
+            (0x201, bytes.fromhex("04D2 E9F0 FDA8 0000")),
+            (0x202, bytes.fromhex("1FFF 02B0 0078 0000")),
+            (0x203, bytes.fromhex("0000 1677 0136 0000")),
+        ),
+    ),
+    # The vendor's own frames: fixtures/known/slamware, dr1-first.
+    core_to_base=(12_300, FrameDecoder().feed(bytes.fromhex("100ef841cd4c0000000000000000000026"))[0]),
+    base_to_core=(12_300, FrameDecoder().feed(bytes.fromhex("500e0002000000000000000000000000005c"))[0]),
+)
+SCENE = Scene(
+    robot=M2006,
+    snapshot=SNAPSHOT,
+    wires=WIRES,
+    trail=[(x / 20, -x / 50) for x in range(26)],
+    pace=Pace(rate=1.0, speed=1.0, late_ticks=52, slipped_ticks=0),
+    field_m=(6.0, 4.0),
+    hands=Hands(50, True, False),
+)
+
+
+def scene(**changes):
+    """The fixed scene with some of its snapshot, or of itself, changed."""
+    of_snapshot = {name: value for name, value in changes.items() if hasattr(SNAPSHOT, name)}
+    of_scene = {name: value for name, value in changes.items() if name not in of_snapshot}
+    return replace(SCENE, snapshot=replace(SNAPSHOT, **of_snapshot), **of_scene)

@@ -1,0 +1,391 @@
+"""What the dashboard says, as text: whole screens for a fixed scene, and what must hold for every size and value."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from desk import M2006, SCENE, WIRES, scene
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bench.messages import BodyTwist, Pose, RcFrame
+from bench.screen import text
+from bench.screen.canvas import Canvas
+from bench.screen.layout import ENDED, HELP, LIVE, arrange
+from bench.screen.panel import STYLES
+from bench.screen.scene import Hands, Pace, Replay
+from bench.screen.view import PANELS, draw, picture, places
+from bench.screen.wires import wires
+
+DRIVING = """\
+ m2006, uart12                      12.346 s  ×1.00   late  52 ms, slipped 0 ms
+┌ field 6 × 4 m ──────────────────┐  ARMED  the sticks drive, robot-centric
+│                                 │ why    armed by hand
+│                                 │ link   live  last good frame 4 ms ago
+│     ⠄    ⠠     ⠄    ⠠     ⠄     │        1235 frames, 7 bytes of noise
+│                                 │             forward        left        turn
+│                                 │ raw        ch2 1024    ch3 2048    ch0 2176
+│     ⠂    ⠐     ⠢⢤⣀  ⠐   ⡀ ⠂     │ sticks     +50 %        +0 %       -25 %
+│                   ⠉⠓⠢⢤↗⠊        │ switch   AUX1 ch4 0  AUX2 ch5 1
+│                                 │ twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
+│     ⠁    ⠈     ⠁    ⠈     ⠁     │ pose     x +1.250 m  y -0.500 m   +45.0 deg
+│                                 │ odo off      2.2 mm                0.15 deg
+│                                 │ core   alive, connected
+└ ↑ robot  + odometry ────────────┘ asks     +0.200 m/s  +0.000 m/s +0.50 rad/s
+ wheel        wanted is rad/s ◆ wanted █ is ±37    current limit 0.6 A
+ front right  +18.50   +17.40 ·········│███◆····· +0.600 A ██████████████ LIMIT
+ rear          -2.00    -2.00 ·········│········· -0.120 A ██▊···········
+ front left   -17.25   -16.90 ·····◆███│········· -0.310 A ███████▎······
+ rc         4 ms  2176 2048 1024 2048 0 1   AA 08 80 08 00 04 00 08 00 00 01 55
+ command    0 ms  200  -600  +120  -311    +0 mA
+ feedback   0 ms  201 -5648/-600  202 +688/+120  203 +5751/+310 rpm/mA
+ request   45 ms  0x41 vx +0.300 vy +0.000 w +0.000
+ answer    45 ms  OK dx +0.00 mm dy +0.00 mm dth +0.00 deg
+ WASDQE 50 % · Enter disarm · T radio on  · C arc   Space STOP  ? help  Esc quit
+"""
+
+LOST = """\
+ m2006, uart12  ● REC my_run        12.346 s  ×1.00   late  52 ms, slipped 0 ms
+┌ field 6 × 4 m ──────────────────┐  DISARMED  nobody drives, robot-centric
+│                                 │ why    link lost: no good frame for 500 ms
+│                                 │ link    LOST   last good frame 1234 ms ago
+│     ⠄    ⠠     ⠄    ⠠     ⠄     │        no good frame for 500 ms
+│                                 │             forward        left        turn
+│                                 │ raw        ch2 1024    ch3 2048    ch0 2176
+│     ⠂    ⠐     ⠢⢤⣀  ⠐   ⡀ ⠂     │ sticks     +50 %        +0 %       -25 %
+│                   ⠉⠓⠢⢤↗⠊        │ switch   AUX1 ch4 0  AUX2 ch5 1
+│                                 │ twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
+│     ⠁    ⠈     ⠁    ⠈     ⠁     │ pose     x +1.250 m  y -0.500 m   +45.0 deg
+│                                 │ odo off      2.2 mm                0.15 deg
+│                                 │ core   alive, connected
+└ ↑ robot  + odometry ────────────┘ asks     +0.200 m/s  +0.000 m/s +0.50 rad/s
+ wheel        wanted is rad/s ◆ wanted █ is ±37    current limit 0.6 A
+ front right  +18.50   +17.40 ·········│███◆····· +0.600 A ██████████████ LIMIT
+ rear          -2.00    -2.00 ·········│········· -0.120 A ██▊···········
+ front left   -17.25   -16.90 ·····◆███│········· -0.310 A ███████▎······
+ rc         4 ms  2176 2048 1024 2048 0 1   AA 08 80 08 00 04 00 08 00 00 01 55
+ command    0 ms  200  -600  +120  -311    +0 mA
+ feedback   0 ms  201 -5648/-600  202 +688/+120  203 +5751/+310 rpm/mA
+ request   45 ms  0x41 vx +0.300 vy +0.000 w +0.000
+ answer    45 ms  OK dx +0.00 mm dy +0.00 mm dth +0.00 deg
+ transmitter off                                    Space STOP  ? help  Esc quit
+"""
+
+ENDED_RUN = """\
+ demo m2006, uart12                 12.346 s  ×1.00   late  52 ms, slipped 0 ms
+ ██████ 12.3 of 12.3 s   ✗ differs: 0x200 current 1 -599 not -600 mA at 1.234 s
+┌ field 6 × 4 m ───────────────┐  ARMED  the sticks drive, robot-centric
+│                              │ why    armed by hand
+│                              │ link   live  last good frame 4 ms ago
+│    ⠐    ⠐    ⠐    ⠐    ⠐     │        1235 frames, 7 bytes of noise
+│                              │             forward        left        turn
+│    ⢀    ⢀    ⢀    ⢀    ⢀     │ raw        ch2 1024    ch3 2048    ch0 2176
+│               ⠉⠓⠢⢤⣀ ⢀⠔⠁      │ sticks     +50 %        +0 %       -25 %
+│                    ⠉↗        │ switch   AUX1 ch4 0  AUX2 ch5 1
+│    ⠐    ⠐    ⠐    ⠐    ⠐     │ twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
+│                              │ pose     x +1.250 m  y -0.500 m   +45.0 deg
+│                              │ odo off      2.2 mm                0.15 deg
+└ ↑ robot  + odometry ─────────┘ core   alive, connected
+ the run has ended
+ golden    differs: 0x200 current 1 -599 not -600 mA at 1.234 s
+ drove     5.64 m and turned 812 deg in 12.3 s; stands at x +1.250 m, y -0.500
+           m, +45.0 deg
+
+
+
+
+
+ P pause · [ ] slower, faster · Z follow                        ? help  Esc quit
+"""
+
+KEYS = """\
+ m2006, uart12                      12.346 s  ×1.00   late  52 ms, slipped 0 ms
+ keys
+ W S  ↑ ↓  forward, back                 T         transmitter off, on
+ A D  ← →  left, right                   C         core asks for an arc, or not
+ Q E       turn left, turn right         P         pause, go on
+ + -       how far a key pushes          [ ]       slower, faster
+ Enter     arm, disarm (AUX1)            Z         follow the robot
+ Space     stop: sticks to rest, disarm  ?         this page; Esc, Ctrl-Q quit
+ F         field-centric on, off (AUX2)
+
+ A key drives as long as it repeats: let go, and the sticks are at rest 120 ms
+ later. A tap nudges.
+
+ Sticks at rest for half a second hand over to the core, if it is alive. A lost
+ link disarms: arm again by hand.
+"""
+
+SMALLEST = """\
+ m2006, uart12  12.346 s  ×1.00   late  52 ms, slipped 0 ms
+┌─────────────┐  ARMED  the sticks drive, robot-centric
+│  ⡀ ⡀ ⡀ ⡀ ⡀  │ why    armed by hand
+│  ⡀ ⡀ ⡀ ⡀ ⡠⠂ │ link   live  last good frame 4 ms ago
+│  ⡀ ⡀ ⡈⠙↗⠈⡀  │        1235 frames, 7 bytes of noise
+│             │             forward        left        turn
+└─────────────┘ sticks     +50 %        +0 %       -25 %
+                twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
+                pose     x +1.250 m  y -0.500 m   +45.0 deg
+                odo off      2.2 mm                0.15 deg
+                core   alive, connected
+ wheel        wanted is rad/s          current limit 0.6 A
+ front right  +18.50   +17.40 ···│◆·· +0.600 A ██████ LIMIT
+ rear          -2.00    -2.00 ···│··· -0.120 A █▎····
+ front left   -17.25   -16.90 ··◆│··· -0.310 A ███▏··
+ WASDQE 50 % · Enter disarm ·…  Space STOP  ? help  Esc quit
+"""
+
+LOST_LINK = {
+    "armed": False,
+    "why_disarmed": "link lost: no good frame for 500 ms",
+    "link": "lost",
+    "link_reason": "no good frame for 500 ms",
+    "link_age_ms": 1234,
+    "driver": "none",
+}
+
+
+def screen(what, width=80, height=24):
+    return "\n".join(picture(what, width, height))
+
+
+def test_driving_at_80x24():
+    assert screen(SCENE) == DRIVING.rstrip("\n")
+
+
+def test_a_lost_link_at_80x24():
+    lost = scene(**LOST_LINK, hands=Hands(100, False, True), notice="transmitter off", recording="my_run")
+    assert screen(lost) == LOST.rstrip("\n")
+
+
+def test_a_run_that_has_ended_at_80x24():
+    summary = (
+        "golden    differs: 0x200 current 1 -599 not -600 mA at 1.234 s",
+        "drove     5.64 m and turned 812 deg in 12.3 s; stands at x +1.250 m, y -0.500 m, +45.0 deg",
+    )
+    run = Replay("demo", 12_346, "differs: 0x200 current 1 -599 not -600 mA at 1.234 s", summary)
+    assert screen(scene(hands=None, replay=run)) == ENDED_RUN.rstrip("\n")
+
+
+def test_the_keys_at_80x24():
+    assert screen(scene(help=True)).startswith(KEYS.rstrip("\n"))
+
+
+def test_the_smallest_terminal():
+    assert screen(SCENE, 60, 16) == SMALLEST.rstrip("\n")
+
+
+@pytest.mark.parametrize(("width", "height"), [(59, 16), (60, 15), (20, 7)])
+def test_a_terminal_that_is_too_small_gets_a_sentence(width, height):
+    words = " ".join(screen(SCENE, width, height).split())
+    assert words == (
+        f"The dashboard needs 60x16; this terminal is {width}x{height}. The robot is armed; Space stops it, Esc quits."
+    )
+
+
+@given(
+    st.integers(1, 250), st.integers(1, 80), st.integers(3, 8), st.floats(0.3, 4.0), st.booleans(),
+    st.sampled_from([LIVE, HELP, ENDED]),
+)  # fmt: skip
+@settings(max_examples=150)
+def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect, replay, page):
+    found = arrange(width, height, wheels=count, aspect=aspect, replay=replay, page=page)
+    cells = set()
+    for name, place in found.items():
+        assert place.width > 0, name
+        assert place.height > 0, name
+        own = {(x, y) for x in range(place.x, place.x + place.width) for y in range(place.y, place.y + place.height)}
+        assert not cells & own, name
+        cells |= own
+    assert all(0 <= x < width and 0 <= y < height for x, y in cells)
+    if width >= 60 and height >= 16:
+        assert {"title", "footer"} <= found.keys()
+        assert page != LIVE or {"status", "wheels"} <= found.keys()
+
+
+@given(st.integers(1, 200), st.integers(1, 60), st.booleans(), st.booleans())
+@settings(max_examples=40)
+def test_every_size_draws_lines_of_exactly_that_width(width, height, page_of_keys, zoom):
+    shown = scene(help=page_of_keys, zoom=zoom)
+    for name, place in places(shown, width, height).items():
+        lines = draw(name, shown, place.width, place.height)
+        assert len(lines) <= place.height
+        assert {text.width_of(line) for line in lines} <= {place.width}, name
+
+
+any_float = st.one_of(st.floats(-1e9, 1e9), st.sampled_from([0.0, -0.0, -1e-9, 1e300, math.inf, -math.inf, math.nan]))
+
+
+@given(st.lists(any_float, min_size=16, max_size=16))
+@settings(max_examples=50)
+def test_no_value_breaks_the_screen(values):
+    near = [max(-1e7, min(1e7, value)) if value == value else 0.0 for value in values]
+    shown = scene(
+        pose=Pose(*near[:3]), odometry=Pose(*near[3:6]), twist=BodyTwist(*values[6:9]),
+        wheel_wanted_radps=tuple(near[9:12]), wheel_radps=tuple(near[12:15]), wheel_current_a=(near[15],) * 3,
+    )  # fmt: skip
+    for zoom in (False, True):
+        rows = picture(replace(shown, zoom=zoom), 80, 24)
+        assert all(len(row) <= 80 for row in rows)
+
+
+def test_columns_stand_still_whatever_the_numbers_are():
+    """Words begin where they began: numbers keep their width."""
+    after = scene(twist=BodyTwist(-0.999, 0.1, -3.25), pose=Pose(-2.9, 1.9, -3.1), wheel_radps=(-40.0, 0.0, 3.0))
+    for before_row, after_row in zip(picture(SCENE, 80, 24)[9:], picture(after, 80, 24)[9:], strict=True):
+        for word in ("m/s", "rad/s", "deg", "A ", "mA"):
+            assert after_row[35:].find(word) == before_row[35:].find(word)
+
+
+def test_the_whole_screen_at_120x40_has_headings_and_room():
+    rows = picture(SCENE, 120, 40)
+    assert len(rows) == 40
+    assert rows[27] == "" == rows[32]
+    assert rows[33].split() == ["wire", "ago", "last", "frame"]
+    assert "field-centric" not in rows[39]
+    assert rows[39].endswith("Space STOP  ? help  Esc quit")
+
+
+def test_colour_is_never_all_that_tells():
+    """The same words and signs stand in a picture without colour."""
+    lost = screen(scene(**LOST_LINK))
+    assert " DISARMED " in lost
+    assert " LOST " in lost
+    assert " LIMIT" in screen(SCENE)
+    assert " LIMIT" not in screen(scene(wheel_current_a=(0.58, -0.3, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"driver": "core"}, "the core drives"),
+        ({"driver": "none"}, "nobody drives"),
+        ({"field_centric": True}, "field-centric"),
+        ({"link": "hold", "link_reason": "silence"}, "silence"),
+        ({"link": "neutral", "link_reason": "failsafe flag"}, " NEUTRAL "),
+        ({"link": "never seen", "link_age_ms": None, "rc_frame": None}, "never seen"),
+        ({"core_alive": False}, "silent"),
+        ({"core_connected": False}, "not connected"),
+        ({"armed": False, "why_disarmed": "AUX1"}, "why    AUX1"),
+        ({"pace": Pace(paused=True)}, " PAUSED "),
+        ({"pace": Pace(1.0, 0.61, 250, 4321)}, "×0.61   late 250 ms, slipped 4321 ms"),
+        ({"recording": "my_run"}, "● REC my_run"),
+        ({"robot": replace(M2006, rc=None)}, "m2006, no RC"),
+        ({"notice": "time runs ×2"}, " time runs ×2"),
+    ],
+)
+def test_what_is_said_when(changes, words):
+    assert words not in screen(SCENE)
+    assert words in screen(scene(**changes))
+
+
+def test_the_robot_is_where_it_is_and_looks_where_it_looks():
+    for x, y, heading, arrow, column, row in (
+        (0.0, 0.0, 0.0, "→", 17, 7), (2.9, 1.9, math.pi / 2, "↑", 32, 2), (-2.9, -1.9, math.pi, "←", 1, 12),
+        (-2.9, 1.9, -math.pi / 4, "↘", 1, 2),
+    ):  # fmt: skip
+        pose = Pose(x, y, heading)
+        rows = picture(scene(pose=pose, odometry=pose, trail=[]), 80, 24)
+        found = [(line.index(arrow), number) for number, line in enumerate(rows) if arrow in line[:34] and number != 13]
+        assert len(found) == 1, (arrow, rows)
+        assert abs(found[0][0] - column) <= 1
+        assert abs(found[0][1] - row) <= 1
+
+
+def test_a_robot_outside_of_the_picture_is_left_out():
+    far = Pose(40.0, 0.0, 0.0)
+    assert "→" not in screen(scene(pose=far, odometry=far))
+
+
+def test_odometry_that_went_astray_is_a_cross_of_its_own():
+    rows = picture(scene(odometry=Pose(-2.0, 1.0, 0.0)), 80, 24)[2:13]
+    crosses = [(row.index("+"), number) for number, row in enumerate(rows) if "+" in row[:34]]
+    assert crosses == [(6, 2)]
+
+
+def test_zoomed_the_robot_is_a_ring_in_the_middle_and_walls_are_drawn():
+    pose = Pose(2.8, 0.0, 0.0)
+    rows = picture(scene(zoom=True, pose=pose, odometry=pose, trail=[]), 80, 24)
+    assert rows[7][17] == "+"
+    assert "1 m across" in rows[1]
+    wall = [row[1:34] for row in rows[2:13]]
+    assert all(any(sign in "⡇⢸" for sign in row[20:]) for row in wall)
+
+
+def test_a_canvas_of_braille():
+    canvas = Canvas(2, 1)
+    for u, v in ((0, 0), (1, 3), (2, 0), (3, 0), (-1, 0), (4, 0), (0, 4), (0.5, -0.5)):
+        canvas.dot(u, v, text.TRAIL)
+    assert [text.plain(line) for line in canvas.lines()] == ["⢁⠉"]
+
+
+def test_bars():
+    assert text.swing_bar(0.0, 0.0, 10.0, 9) == "····│····"
+    assert text.swing_bar(5.0, 10.0, 10.0, 9) == "····│██·◆"
+    assert text.swing_bar(-99.0, -5.0, 10.0, 9) == "██◆█│····"
+    assert text.fill_bar(0.0, 4) == "····"
+    assert text.fill_bar(0.5, 4) == "██··"
+    assert text.fill_bar(7.0, 4) == "████"
+    assert text.fill_bar(3 / 32, 4) == "▍···"
+
+
+def test_numbers_keep_their_width():
+    assert text.signed(0.0, 7, 3) == text.signed(-0.0001, 7, 3) == " +0.000"
+    assert text.signed(-12.5, 7, 3) == "-12.500"
+    assert text.signed(-123456.0, 7, 3) == "->>>>>>"
+
+
+def test_lines_are_cut_with_an_ellipsis():
+    line = [("abc", text.PLAIN), ("defg", text.GOOD)]
+    assert text.plain(text.fit(line, 7)) == "abcdefg"
+    assert text.plain(text.fit(line, 9)) == "abcdefg  "
+    assert text.fit(line, 5) == [("abc", text.PLAIN), ("d…", text.GOOD)]
+    assert text.plain(text.both_ends(line, [("xy", text.PLAIN)], 8)) == "abc…  xy"
+
+
+def wire_rows(width, **changes):
+    shown = scene(wires=replace(WIRES, **changes))
+    return [text.plain(line) for line in wires(shown, width, 5)]
+
+
+def test_wires_say_how_old_and_what():
+    rc, command, feedback, request, answer = wire_rows(120)
+    assert rc == " rc         4 ms  2176 2048 1024 2048 0 1   AA 08 80 08 00 04 00 08 00 00 01 55"
+    assert command == " command    0 ms  200  -600  +120  -311    +0 mA"
+    assert feedback.endswith("201  -5648 rpm  -600 mA   202   +688 rpm  +120 mA   203  +5751 rpm  +310 mA")
+    assert request == " request   45 ms  0x41 vx +0.300 vy +0.000 w +0.000"
+    assert answer.startswith(" answer    45 ms  OK dx +0.00 mm")
+
+
+def test_wires_that_were_never_used_say_never():
+    rows = wire_rows(80, rc=None, can_commands=None, can_feedback=None, core_to_base=None, base_to_core=None)
+    assert [row.split() for row in rows] == [
+        ["rc", "never"], ["command", "never"], ["feedback", "never"], ["request", "never"], ["answer", "never"],
+    ]  # fmt: skip
+
+
+def test_frames_that_are_none_of_the_codecs_are_shown_as_bytes():
+    odd = (12_345, ((0x200, b"\x01\x02"),))
+    rows = wire_rows(80, can_commands=odd, can_feedback=odd)
+    assert rows[1].endswith("200 01 02")
+    assert rows[2].endswith("200 01 02")
+
+
+def test_old_frames_are_counted_in_seconds():
+    rows = [wire_rows(80, rc=(tick, b"\x00"))[0][10:17].strip() for tick in (12_345, 11_346, 11_345, 2_345)]
+    assert rows == ["0 ms", "999 ms", "1.0 s", "10.0 s"]
+
+
+def test_sixteen_channels_find_their_sticks():
+    channels = tuple(range(100, 116))
+    rows = picture(scene(rc_frame=RcFrame(0, 25, channels)), 80, 24)
+    assert "ch2  102    ch3  103    ch0  100" in rows[6]
+
+
+def test_every_role_has_a_style_and_every_panel_a_place():
+    assert set(STYLES) == set(text.ROLES)
+    everywhere = set()
+    for shown in (SCENE, scene(help=True), scene(hands=None, replay=Replay("x", 1, "", ("end",)))):
+        for size in ((80, 24), (10, 3)):
+            everywhere |= places(shown, *size).keys()
+    assert everywhere == set(PANELS)
