@@ -99,13 +99,15 @@ def budget(found: Iterable[Stream], bitrate: int = 1_000_000) -> Budget:
     return Budget(bitrate, rows, tuple(clashes), *loads)
 
 
-def guaranteed_feedback_hz(family: Family, numbers: Sequence[int], *, command_hz: int, bitrate: int) -> int:
+def guaranteed_feedback_hz(
+    family: Family, numbers: Sequence[int], *, command_hz: int, bitrate: int, others: Sequence[Stream] = ()
+) -> int:
     """The highest rate of feedback at which everything is guaranteed to fit; 0 where there is none up to 1 kHz."""
     low, high = 0, 1000
     while low < high:
         middle = (low + high + 1) // 2
         found = streams(family, numbers, feedback_hz=middle, command_hz=command_hz)
-        if budget(found, bitrate).verdict == GUARANTEED:
+        if budget([*found, *others], bitrate).verdict == GUARANTEED:
             low = middle
         else:
             high = middle - 1
