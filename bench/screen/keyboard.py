@@ -95,7 +95,8 @@ class Keyboard:
         self.sticks = KeySticks()
         self.transmitter = Transmitter(profile) if profile is not None else None
         self.core_asks = False
-        pulse = max(PULSE_MS, 3 * profile.period_ms) if profile is not None else PULSE_MS
+        self._period_ticks = profile.period_ms if profile is not None else 1
+        pulse = max(PULSE_MS, 3 * self._period_ticks)
         self._aux1, self._aux2 = Pulse(pulse), Pulse(pulse)
         self._has_aux = (False, False)
         if profile is not None:
@@ -111,7 +112,7 @@ class Keyboard:
             self._core_told = self.core_asks
             twist = CORE_ARC if self.core_asks else ZERO_TWIST
         rc = b""
-        if self.transmitter is not None:
+        if self.transmitter is not None and tick % self._period_ticks == 0:  # between frames nobody looks at the sticks
             sticks = self.sticks.sticks(tick)
             rc = self.transmitter.step(tick, sticks._replace(aux1=self._aux1.on(tick), aux2=self._aux2.on(tick)))
         return TickInput(rc, twist) if rc or twist is not None else NOTHING
