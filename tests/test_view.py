@@ -72,7 +72,7 @@ LOST = """\
 """
 
 ENDED_RUN = """\
- demo m2006, uart12                 12.346 s  ×1.00   late  52 ms, slipped 0 ms
+ demo m2006, uart12                 12.346 s  ENDED   late  52 ms, slipped 0 ms
  ██████ 12.3 of 12.3 s   ✗ differs: 0x200 current 1 -599 not -600 mA at 1.234 s
 ┌ field 6 × 4 m ───────────────┐  ARMED  the sticks drive, robot-centric
 │                              │ why    armed by hand
@@ -86,10 +86,10 @@ ENDED_RUN = """\
 │                              │ pose     x +1.250 m  y -0.500 m   +45.0 deg
 │                              │ odo off      2.2 mm                0.15 deg
 └ ↑ robot  + odometry ─────────┘ core   alive, connected
- the run has ended
  golden    differs: 0x200 current 1 -599 not -600 mA at 1.234 s
  drove     5.64 m and turned 812 deg in 12.3 s; stands at x +1.250 m, y -0.500
            m, +45.0 deg
+
 
 
 

@@ -31,7 +31,11 @@ def title(scene: Scene, width: int, height: int) -> list[Line]:
     if scene.recording:
         name += f"  ● REC {scene.recording}"
     rate = pace.rate if pace.speed is None else pace.speed
-    speed = (" PAUSED ", WARN_BADGE) if pace.paused else (f" ×{rate:.2f}".ljust(8), TITLE)
+    speed = (f" ×{rate:.2f}".ljust(8), TITLE)
+    if pace.paused:
+        speed = (" PAUSED ", WARN_BADGE)
+    elif scene.replay is not None and scene.replay.summary:
+        speed = (" ENDED  ", WARN_BADGE)
     time = f"{scene.snapshot.tick / 1000:.3f} s "
     long: Line = [(time, TITLE), speed, (f" late {pace.late_ticks:3d} ms, slipped {pace.slipped_ticks} ms ", TITLE)]
     short: Line = [(time, TITLE), speed, (f" slipped {pace.slipped_ticks} ms ", TITLE)]

@@ -53,7 +53,7 @@ def help_page(scene: Scene, width: int, height: int) -> list[Line]:
 def summary(scene: Scene, width: int, height: int) -> list[Line]:
     """What a run says of itself after its end."""
     assert scene.replay is not None
-    lines: list[Line] = [[(" the run has ended", TITLE)]]
+    lines: list[Line] = []
     for sentence in scene.replay.summary:
         parts = textwrap.wrap(sentence, width - 2, subsequent_indent=" " * 10, break_on_hyphens=False)
         lines += [[(" " + part, PLAIN)] for part in parts]
