@@ -22,7 +22,7 @@ def sbus2(footer, raw=1024):
 @pytest.mark.parametrize("footer", [0x04, 0x14, 0x24, 0x34])
 def test_up_to_eight_sensors_answer_between_two_sbus2_frames(footer, count):
     slots = bytes.fromhex("03 83 43 c3 23 a3 63 e3")[:count]
-    answers = b"".join(bytes((slot, 0x0F, 0x00)) for slot in slots)
+    answers = b"".join(bytes((slot, 0x0F, 0x2E)) for slot in slots)
     data = sbus2(footer) + answers + sbus2(footer)
     expected = [
         RcFrame(0, 25, (1024,) * 16),
@@ -49,6 +49,14 @@ def test_an_answer_that_lost_a_byte_does_not_take_the_next_frame_along():
     events = decoder.feed(sbus2(0x04), 3000)
     events += decoder.feed(bytes.fromhex("03c0") + sbus2(0x14), 18000) + decoder.finish()
     assert events == [RcFrame(0, 25, (1024,) * 16), RcNoise(25, 2, "cut"), RcFrame(27, 25, (1024,) * 16)]
+
+
+def test_no_more_than_eight_sensors_answer():
+    decoder = rc_decode.decoder("sbus")
+    decoder.feed(sbus2(0x04), 3000)
+    events = decoder.feed(bytes.fromhex("03c02e") * 9, 10_000) + decoder.finish()
+    assert len(streams.others_of(events)) == 8
+    assert events[-1] == RcNoise(25 + 24, 3, "header")
 
 
 def test_slot_bytes_behind_a_plain_sbus_frame_are_no_answer():
@@ -78,18 +86,34 @@ def test_an_sbus_frame_behind_a_doubled_header_is_believed():
     assert [event.offset for event in events if isinstance(event, RcFrame)] == [0, 26, 51]
 
 
+def crsf_frame_that_lost(count, what_follows):
+    """A damaged frame whose checksum comes out right with the bytes that follow it."""
+    rng = random.Random("swallowed")
+    for _ in range(100_000):
+        damaged = bytearray(crsf.encode([rng.randrange(2048) for _ in range(16)]))
+        at = rng.randrange(3, 24)
+        del damaged[at : at + count]
+        if crsf.crc8(bytes(damaged[2:]) + what_follows) == 0:
+            return bytes(damaged)
+    raise AssertionError("one in 256 would do")
+
+
+@pytest.mark.parametrize(("count", "swallowed"), [(2, "c8 18"), (3, "c8 18 16"), (4, "c8 18 16 e0")])
+def test_a_crsf_frame_that_swallowed_more_than_the_address_is_refused_as_well(count, swallowed):
+    damaged = crsf_frame_that_lost(count, bytes.fromhex(swallowed))
+    data = damaged + crsf.encode((992,) * 16)
+    size = 26 - count
+    expected = [RcNoise(0, size, "cut"), RcFrame(size, 26, (992,) * 16)]
+    streams.check_stream(lambda: rc_decode.decoder("crsf"), data, expected)
+
+
 def crsf_frame_whose_checksum_is_its_address():
     return next(data for raw in range(2048) if (data := crsf.encode((raw, *[992] * 15)))[-1] == 0xC8)
 
 
 def test_a_crsf_frame_that_swallowed_the_next_address_is_refused_and_the_next_one_is_not_lost():
     """The checksum of 25 bytes and the next frame's 0xC8 is right once in 256 times."""
-    rng = random.Random("swallowed")
-    for _ in range(100_000):
-        damaged = bytearray(crsf.encode([rng.randrange(2048) for _ in range(16)]))
-        del damaged[rng.randrange(3, 26)]
-        if crsf.crc8(bytes(damaged[2:]) + b"\xc8") == 0:
-            break
+    damaged = crsf_frame_that_lost(1, b"\xc8")
     following = crsf.encode((992,) * 16)
     data = bytes(damaged) + following + following
     expected = [RcNoise(0, 25, "cut"), RcFrame(25, 26, (992,) * 16), RcFrame(51, 26, (992,) * 16)]
@@ -128,3 +152,60 @@ def test_crsf_takes_every_address_of_the_reference(address):
 def test_valid_crsf_frames_of_other_types_are_neither_channels_nor_noise():
     data = crsf.encode_frame(0x08, bytes(8)) + crsf.encode_frame(0x99, b"\x01\x02")
     assert decode("crsf", data) == [RcOther(0, 12, "battery"), RcOther(12, 6, "type 0x99")]
+
+
+def test_a_known_crsf_type_that_is_too_short_is_no_frame_and_a_longer_one_is():
+    assert decode("crsf", crsf.encode_frame(0x14, bytes(9)))[0].reason == "length"
+    assert decode("crsf", crsf.encode_frame(0x14, bytes(9)))[0].offset == 0
+    (statistics,) = decode("crsf", crsf.encode_frame(0x14, b"\x32\x00\x63\x05" + bytes(8)))
+    assert statistics == RcLinkStatistics(0, 16, 99, -50, 5)
+
+
+def test_ibus_failsafe_marks_every_channel_it_is_encoded_with():
+    data = rc_decode.encode("ibus", (1500,) * 14, failsafe=True)
+    assert data[2:4] == bytes.fromhex("dcc5")
+    decoder = rc_decode.decoder("ibus")
+    assert decoder.feed(data) == [RcFrame(0, 32, (1500,) * 14, True)]
+    assert decoder.counters.failsafe == 1
+
+
+# --- DBUS --------------------------------------------------------------------------------------------------------
+
+AT_REST = (1024, 1024, 1024, 1024, 3, 1, 0, 0, 0, 0, 0, 0, 1024)
+MOVED = (1100, 900, 1300, 1024, 3, 1, 0, 0, 0, 0, 0, 0, 1024)
+
+
+def dbus(*values):
+    return rc_decode.encode("dbus", values)
+
+
+def test_a_dbus_burst_is_a_frame_if_it_is_18_plausible_bytes():
+    frame = dbus(*MOVED)
+    for burst, seen in ((frame, True), (frame[:17], False), (frame + b"\x00", False), (b"\x00" + frame[:17], False)):
+        decoder = rc_decode.decoder("dbus")
+        decoder.feed(dbus(*AT_REST), 0)
+        events = decoder.feed(burst, 14_000) + decoder.feed(b"", 20_000)
+        assert [event.channels for event in events if isinstance(event, RcFrame)] == [AT_REST, *[MOVED] * seen]
+
+
+@pytest.mark.parametrize("switches", [0x0000, 0x1000, 0x4000])
+def test_a_dbus_frame_needs_both_switches(switches):
+    frame = bytearray(dbus(*AT_REST))
+    frame[5] = frame[5] & 0x0F | switches >> 8
+    assert decode("dbus", bytes(frame)) == [RcNoise(0, 18, "range")]
+
+
+def test_dbus_frames_that_come_in_one_piece_after_silence_are_believed_one_by_one():
+    decoder = rc_decode.decoder("dbus")
+    decoder.feed(dbus(*AT_REST), 0)
+    events = decoder.feed(dbus(*MOVED) + dbus(*AT_REST), 28_000)
+    assert events == [RcFrame(0, 18, AT_REST), RcFrame(18, 18, MOVED)]
+    assert decoder.feed(b"", 40_000) == [RcFrame(36, 18, AT_REST)]
+
+
+@pytest.mark.parametrize("start", range(1, 18))
+def test_a_dbus_stream_that_starts_inside_a_frame_is_aligned_without_times(start):
+    rows = [(1024 + k, 1000 - k, 1024, 1050, 3, 1, 0, 0, 0, 0, 0, 0, 1024) for k in range(6)]
+    data = b"".join(dbus(*row) for row in rows)[start:]
+    events = streams.check_stream(lambda: rc_decode.decoder("dbus"), data)
+    assert [event.channels for event in events if isinstance(event, RcFrame)] == rows[1:]

@@ -310,6 +310,14 @@ def test_without_a_time_a_pause_is_neither_seen_nor_invented():
     assert decoder.finish() == [RcFrame(0, 25, (992,) * 16)]
 
 
+def test_a_gap_as_long_as_the_pause_is_none_and_one_that_is_longer_is():
+    data = rc_decode.encode("sbus", (992,) * 16) + b"\x01"
+    for gap_us, reason in ((600, "successor"), (601, "header")):
+        decoder = rc_decode.decoder("sbus")
+        events = decoder.feed(data, [0] * 25 + [gap_us]) + decoder.finish()
+        assert events[-1].reason == reason
+
+
 def test_times_and_bytes_must_match_in_number():
     with pytest.raises(ValueError, match="2 times for 3 bytes"):
         rc_decode.decoder("sbus").feed(b"abc", [0.0, 1.0])
@@ -401,6 +409,9 @@ def test_noise_tells_the_reason_of_its_first_refusal(protocol, data, expected):
 def test_a_run_of_noise_is_cut_by_its_own_length_and_each_piece_has_its_own_reason():
     data = b"\x01" * 1023 + b"\x0f" + b"\x01" * 24
     assert decode("sbus", data) == [RcNoise(0, 1024, "header"), RcNoise(1024, 24, "header")]
+    decoder = rc_decode.decoder("sbus")
+    assert decoder.feed(b"\x01" * 1024) == [RcNoise(0, 1024, "header")]
+    assert not decoder.pending
     data = b"\x01" * 1024 + b"\x0f" + b"\x01" * 24
     assert decode("sbus", data) == [RcNoise(0, 1024, "header"), RcNoise(1024, 25, "footer")]
 
