@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -32,8 +33,8 @@ sys.stdin.read()  # the terminal stays, to be read
 class Terminal:
     """One program in a terminal of its own. Everything waits for what it wants to see, until a deadline."""
 
-    def __init__(self, name, place):
-        self.tmux = ["tmux", "-L", f"wheelbench-{os.getpid()}-{name}", "-f", "/dev/null"]
+    def __init__(self, place, socket):
+        self.tmux = ["tmux", "-S", str(socket), "-f", "/dev/null"]
         self.place = place
 
     def start(self, *command):
@@ -72,10 +73,11 @@ class Terminal:
 
 
 @pytest.fixture
-def terminal(request, tmp_path):
-    opened = Terminal(request.node.name, tmp_path)
-    yield opened
-    subprocess.run([*opened.tmux, "kill-server"], capture_output=True)
+def terminal(tmp_path):
+    with tempfile.TemporaryDirectory(prefix="wb-") as folder:  # short: the path of a socket has few characters
+        opened = Terminal(tmp_path, Path(folder) / "tmux")
+        yield opened
+        subprocess.run([*opened.tmux, "kill-server"], capture_output=True)
 
 
 def wheelbench(*arguments):
