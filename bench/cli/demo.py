@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 from pathlib import Path
+
+from bench.cli.terminal import has_terminal
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the demo and check it against its golden."""
     headless = args.headless or args.json or args.update_pinned
-    if not headless and sys.stdin.isatty() and sys.stdout.isatty():
+    if not headless and has_terminal():
         from bench.check.reading import Recording
         from bench.check.run import from_scenario
         from bench.demo import SCENARIO, golden_directory
