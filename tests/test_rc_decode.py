@@ -409,6 +409,7 @@ def test_noise_tells_the_reason_of_its_first_refusal(protocol, data, expected):
 def test_a_run_of_noise_is_cut_by_its_own_length_and_each_piece_has_its_own_reason():
     data = b"\x01" * 1023 + b"\x0f" + b"\x01" * 24
     assert decode("sbus", data) == [RcNoise(0, 1024, "header"), RcNoise(1024, 24, "header")]
+    assert decode("sbus", b"\x0f" + b"\x01" * 1500) == [RcNoise(0, 1024, "footer"), RcNoise(1024, 477, "header")]
     decoder = rc_decode.decoder("sbus")
     assert decoder.feed(b"\x01" * 1024) == [RcNoise(0, 1024, "header")]
     assert not decoder.pending
