@@ -17,8 +17,8 @@ from bench.controller import SpeedController
 from bench.drive import Drive
 from bench.kinematics import Kinematics, desaturate
 from bench.link import RcLink
-from bench.m2006 import MotorBus
 from bench.messages import TICK_US, BodyTwist, CanFrame
+from bench.motors import motor_bus
 from bench.odometry import Odometry
 from bench.slamware.base_side import SlamwareBase
 
@@ -45,7 +45,7 @@ class Base:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.kinematics = Kinematics(robot.wheels)
-        self.motors = MotorBus(robot)
+        self.motors = motor_bus(robot)
         self.odometry = Odometry(self.kinematics)
         self.controller = SpeedController(robot)
         self.drive = Drive(robot)
@@ -87,7 +87,11 @@ class Base:
             self.wanted_radps = [0.0] * len(self.wanted_radps)
             self.controller.reset()
             return motors.stop(), answer
+        woken: tuple[CanFrame, ...] = ()
         if twist is not self._twist:  # while cruising it is the same one for many ticks
+            if self._twist is None:
+                woken = motors.wake()
             self._twist = twist
             self.wanted_radps = desaturate(self.kinematics.wheel_speeds(twist), self.robot.limits.wheel_radps)
-        return motors.command(self.controller.step(self.wanted_radps, motors.speeds_radps)), answer
+        commands = motors.command(self.controller.step(self.wanted_radps, motors.speeds_radps))
+        return woken + commands if woken else commands, answer

@@ -13,31 +13,27 @@ sign of each motor's wire against its wheel is applied by both through one table
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Sequence
 
+from bench.canbus.c610 import COMMAND_IDS, COUNTS, FAMILY, FEEDBACK_ID, GROUP, QUICK_ID
+from bench.canbus.table import Family
+from bench.canbus.watch import BusWatch, Kind
 from bench.config import Motor, Robot
 from bench.messages import CanFrame
 
-COMMAND_IDS = (0x200, 0x1FF)  # ESCs 1 to 4, ESCs 5 to 8
-FEEDBACK_ID = 0x200  # plus the ESC's number, 1 to 8
-MIN_RAW, MAX_RAW = -10_000, 10_000  # C610 user guide: stands for -10 A .. 10 A
-RAW_PER_A = 1000.0
-COUNTS = 8192  # counts in one rotor turn (not 8191: two public drivers drift one count a turn)
 HALF_TURN = COUNTS // 2
 RPM_PER_RADPS = 30.0 / math.pi
-
-_COMMAND = struct.Struct(">4h")
-_FEEDBACK = struct.Struct(">Hhh2x")
 FRAME_LENGTH = 8
+
+_COMMAND = FAMILY.commands[0].layout
+_FEEDBACK = FAMILY.feedback[0].layout
+
+describe = FAMILY.describe
 
 
 def encode_command(currents_raw: Sequence[int]) -> bytes:
     """Four currents in counts of 1 mA -> 8 bytes. Raises ValueError outside -10000 .. 10000."""
-    for raw in currents_raw:
-        if not MIN_RAW <= raw <= MAX_RAW:
-            raise ValueError(f"current {raw} outside {MIN_RAW}..{MAX_RAW}")
-    return _COMMAND.pack(*currents_raw)
+    return FAMILY.commands[0].encode(currents_raw)
 
 
 def decode_command(data: bytes) -> tuple[int, int, int, int] | None:
@@ -47,12 +43,7 @@ def decode_command(data: bytes) -> tuple[int, int, int, int] | None:
 
 def encode_feedback(angle_counts: int, speed_rpm: int, current_ma: int) -> bytes:
     """Rotor angle 0..8191, rotor rpm and current -> 8 bytes. Raises ValueError outside the fields."""
-    if not 0 <= angle_counts < COUNTS:
-        raise ValueError(f"angle {angle_counts} outside 0..{COUNTS - 1}")
-    for name, value in (("speed", speed_rpm), ("current", current_ma)):
-        if not -32768 <= value <= 32767:
-            raise ValueError(f"{name} {value} outside -32768..32767")
-    return _FEEDBACK.pack(angle_counts, speed_rpm, current_ma)
+    return FAMILY.feedback[0].encode((angle_counts, speed_rpm, current_ma))
 
 
 def decode_feedback(data: bytes) -> tuple[int, int, int] | None:
@@ -60,32 +51,22 @@ def decode_feedback(data: bytes) -> tuple[int, int, int] | None:
     return _FEEDBACK.unpack(data) if len(data) == FRAME_LENGTH else None
 
 
-def describe(can_id: int, data: bytes) -> dict[str, object]:
-    """A frame's fields by name, for people and for JSON; empty for a frame that is none of the C610's."""
-    if can_id in COMMAND_IDS and (currents := decode_command(data)) is not None:
-        first = 1 if can_id == COMMAND_IDS[0] else 5
-        return {f"current_{first + i}_ma": current for i, current in enumerate(currents)}
-    if FEEDBACK_ID < can_id <= FEEDBACK_ID + 8 and (fields := decode_feedback(data)) is not None:
-        return dict(zip(("angle_counts", "speed_rpm", "current_ma"), fields, strict=True))
-    return {}
-
-
 class Wiring:
     """Which ESC turns which wheel and in which sense: the one table that knows `direction` and the gear."""
 
     __slots__ = ("can_ids", "command_ids", "counts_per_rad", "rad_per_count", "raw_per_a", "rpm_per_radps", "slots")
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, family: Family = FAMILY) -> None:
         wheels = robot.wheels
         self.can_ids = tuple(wheel.can_id for wheel in wheels)
-        self.raw_per_a = tuple(wheel.direction * RAW_PER_A for wheel in wheels)
+        self.raw_per_a = tuple(wheel.direction * family.raw_per_a for wheel in wheels)
         self.counts_per_rad = tuple(wheel.direction * wheel.gear * COUNTS / (2.0 * math.pi) for wheel in wheels)
         self.rad_per_count = tuple(1.0 / counts for counts in self.counts_per_rad)
         self.rpm_per_radps = tuple(wheel.direction * wheel.gear * RPM_PER_RADPS for wheel in wheels)
         # Each wheel's place in its command frame: (index of the frame among those sent, slot 0 to 3).
-        groups = sorted({(can_id - 1) // 4 for can_id in self.can_ids})
+        groups = sorted({(can_id - 1) // GROUP for can_id in self.can_ids})
         self.command_ids = tuple(COMMAND_IDS[group] for group in groups)
-        self.slots = tuple((groups.index((can_id - 1) // 4), (can_id - 1) % 4) for can_id in self.can_ids)
+        self.slots = tuple((groups.index((can_id - 1) // GROUP), (can_id - 1) % GROUP) for can_id in self.can_ids)
 
 
 class MotorBus:
@@ -93,6 +74,7 @@ class MotorBus:
 
     All per-wheel values are lists in the robot's wheel order: `speeds_radps` from the encoder, in the wheel's positive
     sense; `currents_ma` and `rotor_rpm` as reported (wire sign). `take_increments` gives what the wheels turned.
+    `watch` keeps what else was on the bus: frames of other nodes, wrong lengths, two senders on one identifier.
     """
 
     __slots__ = (
@@ -110,10 +92,11 @@ class MotorBus:
         "foreign_frames",
         "malformed_frames",
         "speeds_radps",
+        "watch",
     )
 
-    def __init__(self, robot: Robot) -> None:
-        wiring = Wiring(robot)
+    def __init__(self, robot: Robot, family: Family = FAMILY) -> None:
+        wiring = Wiring(robot, family)
         count = len(robot.wheels)
         # Where a feedback frame comes from: wheel, rad per count.
         self._sources = {
@@ -125,7 +108,7 @@ class MotorBus:
             (wheel, 4 * frame + slot, wiring.raw_per_a[wheel]) for wheel, (frame, slot) in enumerate(wiring.slots)
         )
         self._stop_frames = tuple((can_id, bytes(FRAME_LENGTH)) for can_id in wiring.command_ids)
-        self._limit_raw = float(math.floor(robot.limits.current_a * RAW_PER_A))
+        self._limit_raw = float(math.floor(robot.limits.current_a * family.raw_per_a))
         self._reports: list[tuple[int, int, int] | None] = [None] * count
         self._seen = [-1] * count
         self._tick = self._taken_tick = self._quietest_tick = -1
@@ -133,6 +116,7 @@ class MotorBus:
         self.speeds_radps = [0.0] * count
         self.malformed_frames = 0
         self.foreign_frames = 0
+        self.watch = BusWatch(wiring.can_ids)
 
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> None:
         """Take the feedback frames that arrived in this tick."""
@@ -141,9 +125,11 @@ class MotorBus:
             source = sources.get(can_id)
             if source is None:
                 self.foreign_frames += 1
+                self.watch.foreign(tick, can_id)
                 continue
             if len(data) != FRAME_LENGTH:
                 self.malformed_frames += 1
+                self.watch.report(Kind.LENGTH, tick, can_id)
                 continue
             wheel, rad_per_count = source
             last = reports[wheel]
@@ -157,6 +143,8 @@ class MotorBus:
             increments[wheel] += increment
             if ticks > 0:
                 self.speeds_radps[wheel] = increment * 1000.0 / ticks
+            else:
+                self.watch.again(tick, can_id)
         self._tick = tick
         self._quietest_tick = min(seen)
 
@@ -208,28 +196,41 @@ class MotorBus:
         """Command frames that ask for no current anywhere."""
         return self._stop_frames
 
+    def wake(self) -> tuple[CanFrame, ...]:
+        """What has to be sent before the first command that shall move something: nothing, to a C610."""
+        return ()
+
 
 class EmulatedEscs:
     """The motors' end: keeps what each ESC was last told, and reports what its motor does.
 
     A command frame sets all four motors of its group. On command loss the maker documents nothing: `hold` (keep the
     last current, the safe assumption) and `zero` after `command_timeout_ms` are both offered by the robot file.
+
+    An ESC that hears its own identifier from somebody else stops, as the maker says: no current, no report. The 0x700
+    frame puts all of them into quick-ID mode, where rotors are turned by hand: no current, assumed. Both last until the
+    power is cycled, which is a new object; `watch` keeps what happened.
     """
 
     __slots__ = (
         "_currents_a",
         "_filter",
+        "_groups",
         "_heard",
+        "_knows_quick_id",
+        "_max_raw",
         "_reports",
         "_rpm",
         "_timeout_ticks",
         "_wheels",
+        "in_quick_id",
         "malformed_frames",
+        "watch",
     )
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, family: Family = FAMILY) -> None:
         motor: Motor = robot.motor
-        wiring = Wiring(robot)
+        wiring = Wiring(robot, family)
         count = len(robot.wheels)
         self._currents_a = [0.0] * count
         self._heard = [0] * count
@@ -249,31 +250,69 @@ class EmulatedEscs:
             (wheel, FEEDBACK_ID + can_id, wiring.counts_per_rad[wheel], wiring.rpm_per_radps[wheel], raw_per_a)
             for wheel, (can_id, raw_per_a) in enumerate(zip(wiring.can_ids, wiring.raw_per_a, strict=True))
         )
+        self._groups = len(wiring.command_ids)
+        self._max_raw = family.full_scale_raw
+        self._knows_quick_id = family.message(QUICK_ID) is not None
         self.malformed_frames = 0
+        self.in_quick_id = False
+        self.watch = BusWatch(wiring.can_ids)
 
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> list[float]:
         """Take this tick's command frames; answer with the current of each wheel in A, in its positive sense."""
         currents_a = self._currents_a
+        max_raw = self._max_raw
+        min_raw = -max_raw
         for can_id, data in frames:
             wheels = self._wheels.get(can_id)
             if wheels is None:
+                self._other_frame(tick, can_id, data)
                 continue
             if len(data) != FRAME_LENGTH:
                 self.malformed_frames += 1
+                self.watch.report(Kind.LENGTH, tick, can_id)
                 continue
             raws = _COMMAND.unpack(data)
             for wheel, slot, raw_per_a in wheels:
                 raw = raws[slot]
-                if not MIN_RAW <= raw <= MAX_RAW:
+                if not min_raw <= raw <= max_raw:
                     # What a C610 does beyond its range is not documented; clamping is the harmless assumption.
-                    raw = MAX_RAW if raw > 0 else MIN_RAW
+                    raw = max_raw if raw > 0 else min_raw
                 currents_a[wheel] = raw / raw_per_a
                 self._heard[wheel] = tick
+        if len(frames) > self._groups:
+            self._look_for_two_controllers(tick, frames)
         if self._timeout_ticks is not None:
             for wheel, heard in enumerate(self._heard):
                 if tick - heard >= self._timeout_ticks:
                     currents_a[wheel] = 0.0
         return currents_a
+
+    def _other_frame(self, tick: int, can_id: int, data: bytes) -> None:
+        """No command for these ESCs, and mostly none of their business."""
+        own = [wheel for wheel, feedback_id, *_ in self._reports if feedback_id == can_id]
+        if own:
+            self.watch.report(Kind.TWO_SENDERS, tick, can_id)
+            self._let_go(own[0])
+            self._reports = tuple(report for report in self._reports if report[0] != own[0])
+        elif can_id == QUICK_ID and self._knows_quick_id and describe(can_id, data):
+            self.watch.report(Kind.QUICK_ID, tick, can_id)
+            self.in_quick_id = True
+            for wheel in range(len(self._currents_a)):
+                self._let_go(wheel)
+
+    def _let_go(self, wheel: int) -> None:
+        """This motor takes no command and gives no current from now on."""
+        self._currents_a[wheel] = 0.0
+        self._wheels = {
+            command_id: tuple(place for place in places if place[0] != wheel)
+            for command_id, places in self._wheels.items()
+        }
+
+    def _look_for_two_controllers(self, tick: int, frames: Sequence[CanFrame]) -> None:
+        ids = [can_id for can_id, _ in frames]
+        for can_id in COMMAND_IDS:
+            if ids.count(can_id) > 1:
+                self.watch.again(tick, can_id)
 
     def feedback(
         self, angles_rad: Sequence[float], speeds_radps: Sequence[float], currents_a: Sequence[float]

@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from bench.config import Robot
-from bench.m2006 import EmulatedEscs
 from bench.messages import CanFrame, TickInput
+from bench.motors import emulated_escs
 from bench.plant import Plant
 from bench.slamware.core_side import SlamwareCore
 
@@ -33,7 +33,7 @@ class SimulatedMotors:
 
     def __init__(self, robot: Robot, plant: Plant | None = None) -> None:
         self.plant = plant or Plant(robot)
-        self.escs = EmulatedEscs(robot)
+        self.escs = emulated_escs(robot)
 
     def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
         """Commands -> currents -> motion -> feedback."""
@@ -47,7 +47,7 @@ class RecordedMotors:
 
     def __init__(self, robot: Robot, feedback: Mapping[int, tuple[CanFrame, ...]]) -> None:
         self.plant = Plant(robot)
-        self.escs = EmulatedEscs(robot)
+        self.escs = emulated_escs(robot)
         self._feedback = feedback
 
     def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:

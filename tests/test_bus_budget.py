@@ -76,7 +76,7 @@ def test_half_the_bitrate_takes_twice_as_long():
 
 
 def test_the_case_that_refuted_the_older_analysis():
-    # Davis, Burns, Bril and Lukkien 2007: 1 ms frames every 2.5, 3.5 and 3.5 ms; the third one's second instance is late
+    # Davis, Burns, Bril and Lukkien 2007: 1 ms frames every 2.5, 3.5 and 3.5 ms; the third's second instance is late
     assert response_times([(1000, 2500), (1000, 3500), (1000, 3500)]) == [2000, 3000, 3500]
 
 
