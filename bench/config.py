@@ -22,7 +22,7 @@ from bench.fittings import Fittings, read_fittings
 HERE = Path(__file__).parent
 ROBOTS_DIR = HERE / "robots"
 PROFILES_DIR = HERE / "profiles"
-PROTOCOLS = ("uart12", "sbus", "crsf")
+PROTOCOLS = ("uart12", "sbus", "dbus", "ibus", "crsf")
 MOTOR_KINDS = ("c610", "dm3519")
 ON_COMMAND_LOSS = {"c610": ("hold", "zero"), "dm3519": ("hold", "zero", "fault")}
 DM3519_CHOICES = {"feedback": ("temperatures", "error"), "clear_error": ("long", "short")}
@@ -551,7 +551,11 @@ def _check_profile(path: Path, profile: Profile) -> None:
     for name in ("forward", "right", "clockwise"):
         if getattr(profile, name).travel <= 0:
             raise fail(f"{name}.travel", "expected a positive number; use reversed = true to turn a stick round")
-    parts = [profile.forward, profile.right, profile.clockwise, profile.aux1, profile.aux2]
-    for part in parts:
-        if part is not None and not 0 <= part.channel < 18:
-            raise fail("channel", f"expected 0 to 17, got {part.channel}")
+    # Imported here: the codecs build on this module's neighbours, and only a whole profile names channels.
+    from bench.rc_decode import channel_limits
+
+    last = len(channel_limits(profile.protocol)) - 1
+    for name in ("forward", "right", "clockwise", "aux1", "aux2"):
+        part = getattr(profile, name)
+        if part is not None and not 0 <= part.channel <= last:
+            raise fail(f"{name}.channel", f"{profile.protocol} has channels 0 to {last}, got {part.channel}")

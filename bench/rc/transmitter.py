@@ -57,7 +57,7 @@ class Transmitter:
         return max(low, min(high, raw))
 
     def _button_raw(self, button: Button, pressed: bool) -> int:
-        if pressed == button.reversed:
-            low, high = self._limits[button.channel]
-            return max(low, min(high, button.pressed_from + (1 if button.reversed else -1)))
-        return button.pressed_from
+        if pressed:
+            return button.pressed_from
+        low, high = self._limits[button.channel]
+        return max(low, min(high, button.pressed_from + (1 if button.reversed else -1)))
