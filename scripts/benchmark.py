@@ -1,0 +1,342 @@
+"""How fast the bench is, against what stands beside it in the same run: `make bench`.
+
+    demo        the demo, headless, every frame encoded, decoded and recorded: simulated seconds a second
+    reference   its RC part against the same loop built from python-can and cantools (scripts/reference_loop.py)
+    help        `wheelbench --help` against `python -c pass`
+    plant       a step of the plant against a bare pymunk step of the same body
+    decoders    an RC frame through its decoder
+
+Every round runs every piece once, in shuffled order, and what is compared takes turns in small slices; a figure is the
+median of the rounds. CPU time, unless it says wall. What has a bar is a ratio; microseconds are for orientation, and
+the load average is printed because it moves them all. Exit status 1 if a bar is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import platform
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple
+
+import pymunk
+
+from bench import rc_decode
+from bench.check.run import from_scenario
+from bench.cli.headless import execute
+from bench.config import load_robot
+from bench.demo import SCENARIO
+from bench.plant import FIELD, STEP_S, Plant
+
+DEMO_FACTOR_AT_LEAST = 15.0
+REFERENCE_FACTOR_AT_LEAST = 3.0
+HELP_FACTOR_AT_MOST, HELP_EXTRA_S = 3.0, 0.030
+HEAVY = ("can", "cantools", "numpy", "pymunk", "serial", "textual")
+
+RC_PART_TICKS = 13_000
+"""How long the demo is driven by sticks alone: the reference loop has no SLAMWARE core to hand over to."""
+SLICE_TICKS = 250
+PLANT_STEPS, PLANT_SLICE = 4000, 100
+DECODER_FRAMES = 1000
+HELP_RUNS = 5
+
+Sample = dict[str, float]
+"""What one round of a piece has measured."""
+
+
+class Row(NamedTuple):
+    """One line of the table. `verdict` is "ok", "MISSED", or empty for information."""
+
+    figure: str
+    value: str
+    bar: str = ""
+    verdict: str = ""
+
+
+class Piece(NamedTuple):
+    """`measure` runs once a round, on a share of its full length; `report` turns all rounds into lines."""
+
+    measure: Callable[[random.Random, float], Sample]
+    report: Callable[[Sequence[Sample]], list[Row]]
+
+
+# --- the pieces --------------------------------------------------------------------------------------------------
+
+
+def measure_demo(_order: random.Random, share: float = 1.0) -> Sample:
+    """The demo as `wheelbench demo --headless --record DIR` runs it."""
+    job = from_scenario(SCENARIO)
+    job.ticks = round(job.ticks * share)
+    with tempfile.TemporaryDirectory(prefix="wheelbench-") as directory:
+        recorder = job.recorder(Path(directory) / "run")
+        wall = time.perf_counter()
+        cpu_s = _cpu_s(lambda: execute(job, recorder, quiet=True))
+        wall_s = time.perf_counter() - wall
+    simulated_s = job.ticks / 1000.0
+    return {"CPU": simulated_s / cpu_s, "wall": simulated_s / wall_s}
+
+
+def report_demo(samples: Sequence[Sample]) -> list[Row]:
+    """How many times faster than real time."""
+    return [
+        _row_at_least(f"demo, recorded: simulated s per {kind} s", [s[kind] for s in samples], DEMO_FACTOR_AT_LEAST)
+        for kind in ("CPU", "wall")
+    ]
+
+
+def measure_reference(order: random.Random, share: float = 1.0) -> Sample:
+    """CPU s a simulated s of the RC part of the demo, recorded: by the bench, and by the loop built from libraries."""
+    from reference_loop import LibraryLoop
+
+    slices = max(1, round(RC_PART_TICKS * share) // SLICE_TICKS)
+    job = from_scenario(SCENARIO)
+    job.ticks = slices * SLICE_TICKS
+    rc = [job.inputs(tick).rc for tick in range(job.ticks)]
+    outputs = iter(job)
+    with (
+        tempfile.TemporaryDirectory(prefix="wheelbench-") as directory,
+        job.recorder(Path(directory) / "run") as recorder,
+        LibraryLoop(job.bench.robot, Path(directory) / "can.log") as libraries,
+    ):
+
+        def bench_slice() -> None:
+            for out in islice(outputs, SLICE_TICKS):
+                recorder.add(out)
+            recorder.flush()
+
+        def libraries_slice() -> None:
+            for rc_bytes in rc[libraries.now_tick : libraries.now_tick + SLICE_TICKS]:
+                libraries.tick(rc_bytes)
+
+        seconds = _side_by_side(order, slices, {"bench": bench_slice, "libraries": libraries_slice})
+        return {name: value / (job.ticks / 1000.0) for name, value in seconds.items()}
+
+
+def report_reference(samples: Sequence[Sample]) -> list[Row]:
+    """How many times the bench is as fast as the reference."""
+    return [
+        _row_at_least(
+            "times as fast as the same loop from libraries",
+            [s["libraries"] / s["bench"] for s in samples],
+            REFERENCE_FACTOR_AT_LEAST,
+        ),
+        Row(
+            "  simulated s per CPU s, turn by turn: bench, libraries",
+            ", ".join(f"{1.0 / median(s[name] for s in samples):.1f}" for name in ("bench", "libraries")),
+        ),
+    ]
+
+
+def measure_help(order: random.Random, share: float = 1.0) -> Sample:
+    """Wall seconds of fresh processes, and how many heavy packages the command line loads before it needs them."""
+    installed = shutil.which("wheelbench", path=str(Path(sys.executable).parent))
+    wheelbench = [installed] if installed else [sys.executable, "-m", "bench"]
+    commands = {"help": [*wheelbench, "--help"], "bare": [sys.executable, "-c", "pass"]}
+    walls: dict[str, list[float]] = {name: [] for name in commands}
+    for _ in range(max(1, round(HELP_RUNS * share))):
+        for name in order.sample(sorted(commands), len(commands)):
+            start = time.perf_counter()
+            subprocess.run(commands[name], check=True, stdout=subprocess.DEVNULL)
+            walls[name].append(time.perf_counter() - start)
+    return {name: median(times) for name, times in walls.items()} | {"heavy": len(heavy_imports())}
+
+
+def report_help(samples: Sequence[Sample]) -> list[Row]:
+    """Whether `--help` stays near the interpreter's own start."""
+    bare, shown = median(s["bare"] for s in samples), median(s["help"] for s in samples)
+    allowed = HELP_FACTOR_AT_MOST * bare + HELP_EXTRA_S
+    heavy = max(s["heavy"] for s in samples)
+    return [
+        Row(
+            "`wheelbench --help`, wall, against `python -c pass`",
+            f"{shown / bare:.1f} x ({shown * 1000:.0f} ms)",
+            f"at most {HELP_FACTOR_AT_MOST:g} x + {HELP_EXTRA_S * 1000:g} ms",
+            _verdict(shown <= allowed),
+        ),
+        Row("  heavy packages that bench.__main__ imports", f"{heavy:.0f}", "none", _verdict(heavy == 0)),
+    ]
+
+
+def measure_plant(order: random.Random, share: float = 1.0) -> Sample:
+    """CPU seconds a step: the plant turning on the spot, and the engine alone with the same body in the same field."""
+    robot = load_robot("m2006")
+    slices = max(1, round(PLANT_STEPS * share) // PLANT_SLICE)
+    plant, space = Plant(robot), _bare_space()
+    currents = [robot.limits.current_a / 2.0] * len(robot.wheels)
+
+    def plant_slice() -> None:
+        for _ in range(PLANT_SLICE):
+            plant.step(currents)
+
+    def pymunk_slice() -> None:
+        for _ in range(PLANT_SLICE):
+            space.step(STEP_S)
+
+    seconds = _side_by_side(order, slices, {"plant": plant_slice, "pymunk": pymunk_slice})
+    return {name: value / (slices * PLANT_SLICE) for name, value in seconds.items()}
+
+
+def report_plant(samples: Sequence[Sample]) -> list[Row]:
+    """For orientation."""
+    ratio = median(s["plant"] / s["pymunk"] for s in samples)
+    return [
+        Row("plant step", f"{1e6 * median(s['plant'] for s in samples):.1f} µs"),
+        Row("  against a bare pymunk step of the same body", f"{ratio:.1f} x"),
+    ]
+
+
+def measure_decoders(order: random.Random, share: float = 1.0) -> Sample:
+    """CPU seconds a frame, fed frame by frame with times, as a port does it."""
+    frames = max(2, round(DECODER_FRAMES * share))
+    protocols = sorted(_CHANNELS)
+    order.shuffle(protocols)
+    return {protocol: _decode_s(protocol, frames) for protocol in protocols}
+
+
+def report_decoders(samples: Sequence[Sample]) -> list[Row]:
+    """For orientation."""
+    return [
+        Row(f"decoder, {protocol}", f"{1e6 * median(s[protocol] for s in samples):.2f} µs a frame")
+        for protocol in _CHANNELS
+    ]
+
+
+PIECES = {
+    "demo": Piece(measure_demo, report_demo),
+    "reference": Piece(measure_reference, report_reference),
+    "help": Piece(measure_help, report_help),
+    "plant": Piece(measure_plant, report_plant),
+    "decoders": Piece(measure_decoders, report_decoders),
+}
+
+
+# --- what they run -----------------------------------------------------------------------------------------------
+
+
+def heavy_imports() -> list[str]:
+    """Which heavy packages a fresh interpreter has loaded once it knows the command line."""
+    code = f"import sys, bench.__main__; print(*[name for name in {HEAVY} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    return done.stdout.split()
+
+
+def _bare_space() -> pymunk.Space:
+    body = load_robot("m2006").body
+    space = pymunk.Space()
+    disc = pymunk.Body(body.mass_kg, body.inertia_kgm2)
+    disc.angular_velocity = 5.0
+    space.add(disc, pymunk.Circle(disc, body.radius_m))
+    x, y = FIELD.length_m / 2.0, FIELD.width_m / 2.0
+    corners = ((-x, -y), (x, -y), (x, y), (-x, y))
+    for start, end in zip(corners, (*corners[1:], corners[0]), strict=True):
+        space.add(pymunk.Segment(space.static_body, start, end, 0.05))
+    return space
+
+
+def _sticks(i: int, span: int) -> list[int]:
+    """Four channels that move all the time, 0 to span - 1."""
+    return [round((span - 1) * (0.5 + 0.5 * math.sin(0.1 * i + phase))) for phase in range(4)]
+
+
+_CHANNELS: dict[str, Callable[[int], list[int]]] = {
+    "uart12": lambda i: [*_sticks(i, 4096), 0, 1],
+    "sbus": lambda i: [*_sticks(i, 2048), *[992] * 12],
+    "crsf": lambda i: [*_sticks(i, 2048), *[992] * 12],
+}
+
+
+def _decode_s(protocol: str, frames: int) -> float:
+    pieces = [rc_decode.encode(protocol, _CHANNELS[protocol](i)) for i in range(frames)]
+    decoder = rc_decode.decoder(protocol, pause_us=2000)
+
+    def feed() -> None:
+        for i, piece in enumerate(pieces):
+            decoder.feed(piece, i * 7000)
+        decoder.finish()
+
+    seconds = _cpu_s(feed) / frames
+    assert decoder.counters.frames == frames
+    return seconds
+
+
+# --- the table ---------------------------------------------------------------------------------------------------
+
+
+def _cpu_s(job: Callable[[], object]) -> float:
+    start = time.process_time()
+    job()
+    return time.process_time() - start
+
+
+def _side_by_side(order: random.Random, slices: int, contestants: Mapping[str, Callable[[], object]]) -> Sample:
+    """CPU seconds of each. They take turns slice by slice: whatever else the machine does falls on all of them."""
+    seconds = dict.fromkeys(contestants, 0.0)
+    for _ in range(slices):
+        for name in order.sample(sorted(contestants), len(contestants)):
+            seconds[name] += _cpu_s(contestants[name])
+    return seconds
+
+
+def _row_at_least(figure: str, values: Sequence[float], bar: float) -> Row:
+    value = median(values)
+    return Row(figure, f"{value:.1f}", f"at least {bar:g}", _verdict(value >= bar))
+
+
+def _verdict(is_met: bool) -> str:
+    return "ok" if is_met else "MISSED"
+
+
+def table(rows: Sequence[Row]) -> str:
+    """The rows in columns."""
+    lines = [Row("figure", "measured", "bar"), *rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(4)]
+    return "\n".join("   ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+
+def run(pieces: Sequence[str], rounds: int, share: float = 1.0) -> list[Row]:
+    """Measure these pieces round by round; the lines of the table, in the order of `PIECES`."""
+    samples: dict[str, list[Sample]] = {name: [] for name in PIECES if name in pieces}
+    for number in range(rounds):
+        order = random.Random(number)
+        for name in order.sample(list(samples), len(samples)):
+            samples[name].append(PIECES[name].measure(order, share))
+    return [row for name in samples for row in PIECES[name].report(samples[name])]
+
+
+def _surroundings() -> str:
+    load = ", ".join(f"{value:.2f}" for value in os.getloadavg())
+    return (
+        f"{platform.python_implementation()} {platform.python_version()}, load average {load}, {os.cpu_count()} cores"
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run, print, judge."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5, metavar="N", help="medians of how many rounds (default 5)")
+    parser.add_argument(
+        "--only", action="append", choices=list(PIECES), metavar="NAME", help="a piece; may be repeated"
+    )
+    args = parser.parse_args(arguments)
+    if args.rounds < 1:
+        parser.error(f"--rounds: expected 1 or more, got {args.rounds}")
+    print(f"{_surroundings()}; medians of {args.rounds} interleaved rounds", flush=True)
+    rows = run(args.only or list(PIECES), args.rounds)
+    print(table(rows))
+    missed = [row for row in rows if row.verdict == "MISSED"]
+    print(f"afterwards: {_surroundings()}" + (f"; {len(missed)} bar(s) MISSED" if missed else "; every bar met"))
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
