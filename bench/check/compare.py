@@ -136,7 +136,7 @@ def compare(run: Recording, golden: Recording, tolerances: Mapping[str, float] |
     Raises RecordingError where a line that differs cannot be read.
     """
     end = min(run.ticks, golden.ticks)
-    finder = _Finder(tolerances, (golden.state_columns, run.state_columns))
+    finder = _Finder(tolerances, (golden.state_columns, run.state_columns), golden)
     identical = run.ticks == golden.ticks
     for name in LOGS:
         if run.content(name) == golden.content(name):
@@ -210,10 +210,14 @@ class _Finder:
     """Collects differences by wire."""
 
     def __init__(
-        self, tolerances: Mapping[str, float] | None, columns: tuple[tuple[str, ...], tuple[str, ...]]
+        self,
+        tolerances: Mapping[str, float] | None,
+        columns: tuple[tuple[str, ...], tuple[str, ...]],
+        golden: Recording,
     ) -> None:
         self.wires: dict[str, WireSummary] = {}
         self._columns = columns
+        self._golden = golden
         self._exact = tolerances is None
         self._tolerance = cache(lambda name: tolerance(name, tolerances or {}))
 
@@ -242,7 +246,7 @@ class _Finder:
                     self._compare_frame(tick, wire, one, other)
 
     def _compare_frame(self, tick: int, wire: str, expected: bytes, got: bytes) -> None:
-        before, after = fields_of_pair(wire, expected, got, self._columns)
+        before, after = fields_of_pair(wire, expected, got, self._columns, self._golden.family)
         beyond = []
         for name, one in before.items():
             other = after[name]

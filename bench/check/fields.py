@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from bench import m2006
+from bench.canbus import c610
+from bench.canbus.table import Family
 from bench.check.lines import RC, STATE, can_id_of, cell_value
 from bench.slamware.describe import decoded
 from bench.slamware.framing import FrameDecoder, SlamwareFrame
@@ -20,6 +21,7 @@ Fields: TypeAlias = Mapping[str, Value]
 
 TOLERANCES: Mapping[str, float] = {
     "_ma": 2,
+    "_raw": 2,
     "_a": 0.002,
     "_counts": 3,
     "_rpm": 2,
@@ -42,15 +44,18 @@ steps of each field's resolution: chosen, not measured. What has no entry is exa
 _TURNS = {"angle_counts": 8192.0, "heading_rad": math.tau}
 """Fields that start again after a turn: from 8191 counts to 0 is one step."""
 
-_UNITS = {"ma": "mA", "a": "A", "mps": "m/s", "radps": "rad/s"}
+_UNITS = {"ma": "mA", "raw": "counts", "a": "A", "mps": "m/s", "radps": "rad/s"}
 _UNITS |= {unit: unit for unit in ("m", "rad", "rpm", "counts")}
 
 
-def fields_of_pair(wire: str, expected: bytes, got: bytes, columns: Sequence[Sequence[str]]) -> tuple[Fields, Fields]:
+def fields_of_pair(
+    wire: str, expected: bytes, got: bytes, columns: Sequence[Sequence[str]], family: Family = c610.FAMILY
+) -> tuple[Fields, Fields]:
     """Both sides by field, under the same names.
 
-    `columns` are the two headers of state.csv; a column that only one side has is left out. Frames of which the codec
-    does not know the difference (another kind, another checksum) come as bytes.
+    `columns` are the two headers of state.csv; a column that only one side has is left out. `family` has the CAN
+    messages of the robot's motors. Frames of which the codec does not know the difference (another kind, another
+    checksum) come as bytes.
     """
     if wire == STATE:
         rows = [
@@ -59,7 +64,7 @@ def fields_of_pair(wire: str, expected: bytes, got: bytes, columns: Sequence[Seq
         ]
         both = [name for name in columns[0] if name in columns[1]]
         return {name: rows[0][name] for name in both}, {name: rows[1][name] for name in both}
-    before, after = _decoded(wire, expected), _decoded(wire, got)
+    before, after = _decoded(wire, expected, family), _decoded(wire, got, family)
     if before.keys() != after.keys() or before == after:
         return _as_bytes(expected, len(got)), _as_bytes(got, len(expected))
     return before, after
@@ -103,14 +108,17 @@ def shown_value(value: Value) -> str:
     return f"{value:.9f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
 
 
-def _decoded(wire: str, data: bytes) -> Fields:
+def _decoded(wire: str, data: bytes, family: Family) -> Fields:
     if wire == RC:
         return {}  # a tick's bytes are rarely a frame; `wheelbench decode` reads the stream
     if not wire.startswith("can "):
         return _slamware_fields(data)
-    fields: dict[str, Any] = m2006.describe(can_id_of(wire), data)
+    message = family.message(can_id_of(wire), len(data))
+    values = message.decode(data) if message is not None else None
+    if message is None or values is None:
+        return {}
     # Bytes 6 and 7 are empty on a C610 (temperature and error on a C620). Where they are not, every byte is compared.
-    return {} if "angle_counts" in fields and any(data[6:]) else fields
+    return message.describe(data) if message.layout.pack(*message.layout.unpack(data)) == data else {}
 
 
 def _slamware_fields(data: bytes) -> Fields:

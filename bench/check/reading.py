@@ -13,6 +13,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from bench.canbus import c610
+from bench.canbus.table import Family
 from bench.check import recording
 from bench.check.lines import (
     BASE_TO_CORE,
@@ -29,7 +31,9 @@ from bench.check.lines import (
     cell_value,
 )
 from bench.check.recording import LOGS, RUN_TOML, RecordingError, RunInfo
+from bench.config import ConfigError, load_robot
 from bench.messages import TICK_US, CanFrame, TickOutput
+from bench.motors import family
 
 
 class Recording:
@@ -75,6 +79,14 @@ class Recording:
         """The transmitter profile that was used, if the robot had one."""
         path = self.directory / recording.PROFILE_TOML
         return path if path.exists() else None
+
+    @cached_property
+    def family(self) -> Family:
+        """The CAN messages of the robot's motors; a C610's where the robot file cannot be read any more."""
+        try:
+            return family(load_robot(self.robot_file, self.profile_file))
+        except ConfigError:
+            return c610.FAMILY
 
     @cached_property
     def ticks(self) -> int:

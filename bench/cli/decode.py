@@ -10,19 +10,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bench.canbus.table import Family
     from bench.messages import RcEvent
 
-OTHER_WIRES = ("slamware", "c610")
+CAN_LOGS = ("c610", "dm3519")
+OTHER_WIRES = ("slamware", *CAN_LOGS)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument(
-        "protocol", metavar="PROTOCOL", help="uart12, sbus, crsf, ibus, dbus; slamware; c610 (a CAN log)"
+        "protocol", metavar="PROTOCOL", help="uart12, sbus, crsf, ibus, dbus; slamware; c610, dm3519 (a CAN log)"
     )
     parser.add_argument(
         "file", metavar="FILE", type=Path, help="raw bytes, with byte times in FILE's .json if there is one"
     )
+    parser.add_argument("--robot", metavar="R", help="dm3519: the robot whose file says which variant its motors speak")
     parser.add_argument("--json", action="store_true", help="one JSON object a line")
     parser.add_argument("--chunk", type=int, metavar="N", default=0, help="feed the decoder N bytes at a time")
     parser.add_argument("--no-times", action="store_true", help="leave the byte times of the .json out of account")
@@ -34,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.chunk < 0:
         raise UsageError(f"--chunk: expected 1 or more bytes, got {args.chunk}")
-    facts = _can(args.file) if args.protocol == "c610" else _serial(args)
+    facts = _can(args.protocol, args.file, args.robot) if args.protocol in CAN_LOGS else _serial(args)
     frames = 0
     for fact in facts:
         frames += fact["event"] == "frame"
@@ -104,23 +107,23 @@ def _slamware(pieces: Iterable[bytes]) -> Iterator[dict[str, Any]]:
         yield describe(event)
 
 
-def _can(path: Path) -> Iterator[dict[str, Any]]:
+def _can(protocol: str, path: Path, robot: str | None) -> Iterator[dict[str, Any]]:
     """The frames of a CAN log in any format that python-can reads (candump .log, .asc, .blf, .trc ...)."""
     import can
 
-    from bench import m2006
     from bench.errors import UsageError
 
+    describe = _family(protocol, robot).describe
     if not path.is_file():
         raise UsageError(f"{path}: is no file; give a CAN log such as candump's")
     try:
         # The reader says of each kind of damage something else; to the user they are one fault: not such a log.
         with can.LogReader(path) as messages:
             for message in messages:
-                decoded = m2006.describe(message.arbitration_id, bytes(message.data))
+                decoded = describe(message.arbitration_id, bytes(message.data))
                 yield {
                     "event": "frame" if decoded else "other",
-                    "protocol": "c610",
+                    "protocol": protocol,
                     "at_us": round(message.timestamp * 1e6),
                     "can_id": message.arbitration_id,
                     "data": bytes(message.data).hex(),
@@ -128,6 +131,20 @@ def _can(path: Path) -> Iterator[dict[str, Any]]:
                 }
     except (ValueError, IndexError, OSError, EOFError) as error:
         raise UsageError(f"{path}: is no CAN log that can be read ({error}); candump's .log is one") from None
+
+
+def _family(protocol: str, robot: str | None) -> Family:
+    from bench.canbus import c610, dm3519
+    from bench.config import load_robot
+    from bench.errors import UsageError
+    from bench.motors import family
+
+    if robot is None:
+        return c610.FAMILY if protocol == "c610" else dm3519.family()
+    found = family(load_robot(robot))
+    if found.name != protocol:
+        raise UsageError(f"--robot: {robot} has motors of kind {found.name}, not {protocol}")
+    return found
 
 
 def _line(fact: dict[str, Any]) -> str:

@@ -69,7 +69,7 @@ class GoldenLamp:
                 self._compare_frame(tick, wire, before, after)
 
     def _compare_frame(self, tick: int, wire: str, expected: bytes, got: bytes) -> None:
-        before, after = fields_of_pair(wire, expected, got, ())
+        before, after = fields_of_pair(wire, expected, got, (), self._golden.family)
         for name, one in before.items():
             other = after[name]
             if one == other:

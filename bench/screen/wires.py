@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from bench import m2006
+from bench.canbus.c610 import COMMAND_IDS
 from bench.messages import CanFrame
+from bench.motors import family
 from bench.screen.scene import Scene
 from bench.screen.text import LABEL, PLAIN, Line
 from bench.slamware import summary
@@ -22,10 +24,11 @@ def wires(scene: Scene, width: int, height: int) -> list[Line]:
     last = scene.wires
     room = width - 1 - NAME_WIDTH - AGE_WIDTH - 2 - 1
     now = scene.snapshot.tick - 1
+    ma_per_raw = 1000.0 / family(scene.robot).raw_per_a
     lines = [
         _line("rc", now, last.rc, lambda data: _rc(scene, data, room)),
-        _line("command", now, last.can_commands, _commands),
-        _line("feedback", now, last.can_feedback, lambda frames: _feedback(frames, room)),
+        _line("command", now, last.can_commands, lambda frames: _commands(frames, ma_per_raw)),
+        _line("feedback", now, last.can_feedback, lambda frames: _feedback(frames, room, ma_per_raw)),
         _line("request", now, last.core_to_base, summary),
         _line("answer", now, last.base_to_core, summary),
     ]
@@ -52,23 +55,24 @@ def _rc(scene: Scene, data: bytes, room: int) -> str:
     return f"{channels}   {raw}" if len(channels) + 3 + len(raw) <= room else channels
 
 
-def _commands(frames: Sequence[CanFrame]) -> str:
+def _commands(frames: Sequence[CanFrame], ma_per_raw: float) -> str:
     parts = []
     for can_id, data in frames:
-        currents = m2006.decode_command(data)
-        words = " ".join(f"{current:+5d}" for current in currents) + " mA" if currents else data.hex(" ").upper()
+        raws = m2006.decode_command(data) if can_id in COMMAND_IDS else None
+        words = " ".join(f"{raw * ma_per_raw:+5.0f}" for raw in raws) + " mA" if raws else data.hex(" ").upper()
         parts.append(f"{can_id:03X} {words}")
     return "   ".join(parts)
 
 
-def _feedback(frames: Sequence[CanFrame], room: int) -> str:
+def _feedback(frames: Sequence[CanFrame], room: int, ma_per_raw: float) -> str:
     """Every ESC's frame; with less room the units go first, then the angle."""
     fields = [(can_id, m2006.decode_feedback(data)) for can_id, data in frames]
     wide, middle, narrow = [], [], []
     for can_id, values in fields:
         if values is None:
             return "   ".join(f"{one:03X} {data.hex(' ').upper()}" for one, data in frames)
-        angle, rpm, current = values
+        angle, rpm, raw = values
+        current = round(raw * ma_per_raw)
         wide.append(f"{can_id:03X} {angle:4d} cnt {rpm:+6d} rpm {current:+5d} mA")
         middle.append(f"{can_id:03X} {rpm:+6d} rpm {current:+5d} mA")
         narrow.append(f"{can_id:03X} {rpm:+d}/{current:+d}")
