@@ -4,10 +4,11 @@
     armed    --rising AUX1, wherever the sticks are----> disarmed
              --link lost-------------------------------> disarmed by loss (blocks every source until a re-arm)
 
-Armed, sticks outside the dead-band drive. Sticks at rest for `handover_ms` hand over to the SLAMWARE core, if it is
-alive; touching a stick takes over at once. Rising AUX2 toggles field-centric driving (stick forward is field forward;
-the heading counts from arming). While the link is neutral the twist is zero and the wheels brake. A profile with
-arming = "on_link" is armed while its link is; a robot without RC takes the core alone.
+Armed, sticks outside the dead-band drive; let go, the twist is zero at once, without a ramp. Sticks at rest for
+`handover_ms` hand over to the SLAMWARE core, if it is alive; touching a stick takes over at once. Rising AUX2 toggles
+field-centric driving (stick forward is field forward; the heading counts from arming). While the link is neutral the
+twist is zero and the wheels brake. A profile with arming = "on_link" is armed while its link is; a robot without RC takes
+the core alone.
 """
 
 from __future__ import annotations
@@ -83,8 +84,7 @@ class Drive:
             self._ramped = ZERO_TWIST
             return None
         wanted = self._choose(tick, link, core_twist, core_alive, heading_rad)
-        if wanted is None:  # nobody drives: brake at once, the ramp is for comfort only
-            self.driver = DRIVER_NONE
+        if wanted is None:  # the ramp is for getting going and for the core's comfort; a driver who lets go means stop
             self._ramped = ZERO_TWIST
         elif wanted != self._ramped:
             self._ramped = self._ramp(wanted)
@@ -143,6 +143,8 @@ class Drive:
     def _choose(
         self, tick: int, link: RcLink | None, core_twist: BodyTwist, core_alive: bool, heading_rad: float
     ) -> BodyTwist | None:
+        """What the driver wants; None is a standstill, at once."""
+        self.driver = DRIVER_NONE
         if link is not None:
             if link.state == NEUTRAL:
                 return None
@@ -155,7 +157,7 @@ class Drive:
                 return self._from_sticks(forward, left, turn)
             if tick - self._moved_tick < self._handover:
                 self.driver = DRIVER_RC
-                return ZERO_TWIST
+                return None
         if not core_alive:
             return None
         self.driver = DRIVER_CORE

@@ -165,8 +165,17 @@ def test_open_loop_steady_speed_over_can_frames(currents_ma, axis, expected):
 def test_odometry_of_our_base_is_the_truth_within_the_encoders():
     rig = Rig().arm()
     rig.run(1500, Sticks(forward=0.3, left=0.2, turn=0.3))
+    # What it believes is one tick old: 0.4 mm on the way.
+    assert math.dist(rig.believed, rig.truth) < 1e-3
+
+
+def test_hard_braking_slips_and_odometry_cannot_know():
+    """Sticks let go brake with all that 0.6 A give; the light rear wheel slips and counts what is not driven."""
+    rig = Rig().arm()
+    rig.run(1500, Sticks(forward=0.3, left=0.3))
     rig.run(800)
-    assert rig.believed == pytest.approx(rig.truth, abs=1e-3)
+    assert rig.bench.world.plant.twist == (0.0, 0.0, 0.0)
+    assert 1e-4 < math.dist(rig.believed, rig.truth) < 0.05
 
 
 # --- the demo ----------------------------------------------------------------------------------------------------

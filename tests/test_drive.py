@@ -116,6 +116,13 @@ def test_the_ramp_is_the_robot_files():
     assert driver.tick - first_frame + 1 == pytest.approx(0.5 / 3.0 * 1000, abs=1.5)  # 3 m/s2
 
 
+def test_sticks_let_go_mean_zero_at_once():
+    driver = Driver().arm()
+    assert driver.run(500, forward=0).vx_mps > 0.9
+    driver.run(-(driver.tick + 1) % 10, forward=0)
+    assert driver.run(1) == (0, 0, 0), "in the tick of the frame that finds them at rest"
+
+
 @pytest.mark.parametrize(("silence", "moving"), [(99, True), (100, False), (101, False)])
 def test_silence_holds_then_brakes(silence, moving):
     driver = Driver().arm()
