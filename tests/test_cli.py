@@ -70,7 +70,10 @@ def test_robots(call):
     status, out, _ = call("robots", "--json")
     assert status == 0
     robots = [json.loads(line) for line in out.splitlines()]
-    assert [(robot["name"], robot["wheels"], robot["rc"]) for robot in robots] == [("m2006", 3, "uart12")]
+    assert [(robot["name"], robot["wheels"], robot["motor"], robot["rc"]) for robot in robots] == [
+        ("dm3519", 4, "dm3519", "uart12"),
+        ("m2006", 3, "c610", "uart12"),
+    ]
     assert "m2006" in call("robots")[1]
 
 
