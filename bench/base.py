@@ -14,13 +14,12 @@ from typing import Protocol
 from bench import rc_decode
 from bench.config import Robot
 from bench.controller import SpeedController
-from bench.drive import Drive
+from bench.drive import DRIVER_CORE, Drive
 from bench.kinematics import Kinematics, desaturate
 from bench.link import RcLink
 from bench.messages import TICK_US, BodyTwist, CanFrame
 from bench.motors import motor_bus
-from bench.odometry import Odometry
-from bench.slamware.base_side import SlamwareBase
+from bench.slamware.omni_base import OmniMotion, odometry_of, slave_of
 
 RC_PAUSE_US = 2000
 """Silence that ends an RC frame. Bytes carry the time of their tick, so two ticks are the least that can be told."""
@@ -46,16 +45,17 @@ class Base:
         self.robot = robot
         self.kinematics = Kinematics(robot.wheels)
         self.motors = motor_bus(robot)
-        self.odometry = Odometry(self.kinematics)
+        self.odometry = odometry_of(robot, self.kinematics)
         self.controller = SpeedController(robot)
         self.drive = Drive(robot)
-        self.slave = SlamwareBase(robot.slamware, self.odometry.take_increment, robot.link.core_timeout_ms)
+        self.slave = slave_of(robot, OmniMotion(robot, self.kinematics, self.odometry, self.motors.silences))
         profile = robot.rc
         self.rc_decoder = rc_decode.decoder(profile.protocol, pause_us=RC_PAUSE_US) if profile else None
         self.link = RcLink(profile, robot.link) if profile else None
         self.wanted_radps = [0.0] * len(robot.wheels)
         self.powered = False
         self._twist: BodyTwist | None = None  # the one that `wanted_radps` moves the base with
+        self._slip_radps: tuple[float, ...] = ()  # and what a core wants of the wheels beyond it
         self._feedback_timeout = robot.link.feedback_timeout_ms
 
     def step(
@@ -88,10 +88,16 @@ class Base:
             self.controller.reset()
             return motors.stop(), answer
         woken: tuple[CanFrame, ...] = ()
-        if twist is not self._twist:  # while cruising it is the same one for many ticks
+        slip_radps = slave.wanted_slip_radps
+        if slip_radps and self.drive.driver != DRIVER_CORE:
+            slip_radps = ()
+        if twist is not self._twist or slip_radps is not self._slip_radps:  # while cruising they are the same for long
             if self._twist is None:
                 woken = motors.wake()
-            self._twist = twist
-            self.wanted_radps = desaturate(self.kinematics.wheel_speeds(twist), self.robot.limits.wheel_radps)
+            self._twist, self._slip_radps = twist, slip_radps
+            speeds_radps = self.kinematics.wheel_speeds(twist)
+            if slip_radps:
+                speeds_radps = [speed + slip for speed, slip in zip(speeds_radps, slip_radps, strict=True)]
+            self.wanted_radps = desaturate(speeds_radps, self.robot.limits.wheel_radps)
         commands = motors.command(self.controller.step(self.wanted_radps, motors.speeds_radps))
         return woken + commands if woken else commands, answer

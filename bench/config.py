@@ -32,6 +32,9 @@ SLAMWARE_CHOICES = {
     "polls": ("velocity", "full"),
 }
 
+MOST_BINARY_CONFIGURATION_BYTES = 1019
+"""In a long frame that a core's buffer of 1024 bytes takes."""
+
 
 class ConfigError(UsageError):
     """A robot, profile or scenario file that cannot be right. The text is one sentence for the user."""
@@ -522,10 +525,19 @@ def _check_robot(path: Path, robot: Robot) -> None:
         if chosen not in choices:
             raise fail(f"slamware.{key}", f"{chosen!r} is unknown{nearest(chosen, list(choices))}")
     try:
-        identity = Identity(said.model, said.firmware_version, said.hardware_version, said.serial_number)
+        identity = Identity(
+            said.model, said.firmware_version, said.hardware_version, said.serial_number, said.firmware_suffix
+        )
         identity_answer(identity)
     except ValueError as error:
         raise fail("slamware", str(error)) from None
+    try:
+        blob = bytes.fromhex(said.binary_configuration)
+    except ValueError:
+        raise fail("slamware.binary_configuration", "expected pairs of hexadecimal digits") from None
+    if len(blob) > MOST_BINARY_CONFIGURATION_BYTES:
+        most = MOST_BINARY_CONFIGURATION_BYTES
+        raise fail("slamware.binary_configuration", f"expected at most {most} bytes, got {len(blob)}")
 
 
 def _check_profile(path: Path, profile: Profile) -> None:

@@ -13,7 +13,10 @@ from pathlib import Path
 from bench.base import Base, ControlledBase
 from bench.config import Robot, load_robot
 from bench.messages import STATE_PERIOD_TICKS, Snapshot, TickInput, TickOutput
+from bench.plant import FIELD
+from bench.sensors import ArenaSenses
 from bench.slamware.core_side import SlamwareCore
+from bench.slamware.schedule import SCHEDULES
 from bench.world import RecordedMotors, SimulatedMotors, World
 
 NOTHING = TickInput()
@@ -28,6 +31,8 @@ class Bench:
         self.robot = world.robot
         self.now_tick = 0
         self.state_columns = _state_columns(world.robot)
+        if isinstance(base, Base):  # a foreign base has sensors of its own
+            base.slave.senses = ArenaSenses(world.robot, world.plant, FIELD)
 
     def tick(self, given: TickInput = NOTHING) -> TickOutput:
         """Run one millisecond. Feedback born in it reaches the base in the next one, like on the real bus."""
@@ -64,7 +69,7 @@ def simulated(robot: Robot | str | Path = "m2006") -> Bench:
     """The role `sim`: our base, our ESCs and plant, our SLAMWARE core. Raises ConfigError for an impossible robot."""
     if not isinstance(robot, Robot):
         robot = load_robot(robot)
-    core = SlamwareCore(poll_ms=robot.slamware.poll_ms)
+    core = SlamwareCore(poll_ms=robot.slamware.poll_ms, schedule=SCHEDULES[robot.slamware.polls])
     return Bench(Base(robot), World(robot, core=core, motors=SimulatedMotors(robot)))
 
 

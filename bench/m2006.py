@@ -174,6 +174,10 @@ class MotorBus:
         """Ticks since the wheel that has been quiet for longest was heard."""
         return tick - self._quietest_tick
 
+    def silences(self, tick: int) -> list[int]:
+        """Ticks since each wheel was heard, in wheel order."""
+        return [tick - seen for seen in self._seen]
+
     def command(self, currents_a: Sequence[float]) -> tuple[CanFrame, ...]:
         """Currents in the wheels' positive sense -> command frames. The last line before the port: it clamps."""
         most = self._limit_raw

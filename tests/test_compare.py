@@ -137,8 +137,9 @@ DIFFERENCES = {
     ),
     "request": (
         {120: put(core_to_base=bytes.fromhex("10 02 F8 31 DB"))},
-        Difference(120, "slamware core->base", "byte 3", "0x30", "0x31"),
-        "at 0.120 s (tick 120) slamware core->base: byte 3 expected 0x30, got 0x31",
+        Difference(120, "slamware core->base", "as", "GET_BASE_STATUS request", "GET_BASE_MOTOR_DATA request"),
+        "at 0.120 s (tick 120) slamware core->base: as expected GET_BASE_STATUS request, "
+        "got GET_BASE_MOTOR_DATA request",
     ),
     "answer of another kind": (
         {120: put(base_to_core=bytes.fromhex("50 03 00 03 00 80 D0"))},

@@ -5,13 +5,15 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from slamware_vendor import exchanges, frame
+from slamware_vendor import frame
 
-from bench.config import SlamwareSettings
 from bench.messages import BodyTwist
 from bench.slamware import FrameDecoder, SlamwareBase, encode_frame
+from bench.slamware.payloads import Displacement
+from bench.slamware.reference_base import reference_facts
+from bench.slamware.senses import Motion
 
-REFERENCE = SlamwareSettings("ref base", 0x005A, 1, "303132333435363738394142")
+REFERENCE = reference_facts()
 
 CONNECT = bytes.fromhex("10 03 F8 10 01 FA")
 DRIVE = encode_frame(0xF8, bytes.fromhex("41 00800000 00C0FFFF 00000100"), "standard")  # 0.5, -0.25, 1.0
@@ -25,14 +27,14 @@ NOT_SUPPORTED = bytes.fromhex("50 03 00 03 00 80 D0")
 BAD_FORMAT = bytes.fromhex("50 03 00 03 01 80 D1")
 
 
-class Wheels:
-    """An odometry that hands over what was put into it, and counts how often it was asked."""
+class Wheels(Motion):
+    """Wheels that hand over what was put into them, and count how often they were asked."""
 
-    def __init__(self):
-        self.increment = (0.0, 0.0, 0.0)
+    def __init__(self, increment=(0.0, 0.0, 0.0)):
+        self.increment = increment
         self.taken = 0
 
-    def take(self):
+    def take_increment(self):
         self.taken += 1
         increment, self.increment = self.increment, (0.0, 0.0, 0.0)
         return increment
@@ -45,7 +47,7 @@ def wheels():
 
 @pytest.fixture
 def slave(wheels):
-    return SlamwareBase(REFERENCE, wheels.take)
+    return SlamwareBase(REFERENCE, wheels)
 
 
 def increments_of(answer):
@@ -53,69 +55,6 @@ def increments_of(answer):
     (event,) = FrameDecoder().feed(answer)
     assert (event.type, event.code, len(event.payload)) == ("long", 2, 13)
     return [int.from_bytes(event.payload[i : i + 4], "little", signed=True) for i in (0, 4, 8)]
-
-
-# --- the vendor's exchanges --------------------------------------------------------------------------------------
-
-# Runs of the reference base, and the exchanges in them that another base answers byte for byte today.
-# (poll, sensor, motor and health sub-commands are not among ours yet and get 0x8000.)
-BYTE_FOR_BYTE = {
-    "basic": ["connect-std", "connect-bad-version"],
-    "reserved": ["sync-std", "echo-long", "echo-std-max"],
-    "dr": ["dr1-first", "dr6-rest"],
-    "err": ["err-unknown-cmd", "err-unknown-sub"],
-    "ir": ["auto-home-bad-type"],
-    "bumped": ["setv-bumped-back", "setv-bumped-turn", "setv-released"],
-    "badkeep": ["keep-drive"],
-    "silence": ["silenceA-drive", "silenceA-unknown-1", "silenceA-echo", "silenceA-resume"],
-    "sdk-connect": ["sdk-connect"],
-    "sdk-setv-fwd": ["sdk-setv-fwd"],
-    "sdk-setv-back": ["sdk-setv-back"],
-}
-
-
-@pytest.mark.parametrize("run", BYTE_FOR_BYTE)
-def test_vendor_exchanges_byte_for_byte(slave, run):
-    answered = {}
-    for i, (name, request, expected) in enumerate(exchanges(run)):
-        answered[name] = (slave.receive(request, 50 * i), expected)
-    for name in BYTE_FOR_BYTE[run]:
-        got, expected = answered[name]
-        assert got == expected, name
-
-
-# Encoder edges since the previous answer (6390 a metre), as `setup` of each exchange has them.
-EDGES = {
-    "dr1-first": (0, 0),
-    "dr2-straight": (600, 600),
-    "dr3-left-arc": (300, 500),
-    "dr4-reverse": (-400, -410),
-    "dr5-spin-right": (200, -200),
-    "dr6-rest": (0, 0),
-    "dr7-lifted": (0, 0),
-}
-
-
-def test_vendor_dead_reckoning_from_the_same_wheel_motion(slave, wheels):
-    """The reference base's own geometry in the test, the bus in ours: equal within its single precision."""
-    for i, (name, request, expected) in enumerate(exchanges("dr")):
-        left_m, right_m = (edges / 6390 for edges in EDGES[name])
-        dtheta_rad = (right_m - left_m) / (2 * 0.118)
-        mean_m = (left_m + right_m) / 2
-        wheels.increment = (math.cos(dtheta_rad) * mean_m, math.sin(dtheta_rad) * mean_m, dtheta_rad)
-        got = increments_of(slave.receive(request, 50 * i))
-        for ours, vendors in zip(got, increments_of(expected), strict=True):
-            assert abs(ours - vendors) <= 2, name
-
-
-def test_checksum_errors_are_the_wikis_code_without_the_reference_bases_marker(slave):
-    assert slave.receive(frame("err-checksum-std.request"), 0) == BAD_CHECKSUM
-    assert frame("err-checksum-std.reply") == bytes.fromhex("50 03 00 03 C0 00 90")
-
-
-def test_a_stray_byte_and_an_oversize_header_as_the_vendor_answers_them(slave):
-    assert slave.receive(b"\xaa" + UNKNOWN_SUB, 0) == NOT_SYNCHRONISED + NOT_SUPPORTED
-    assert slave.receive(frame("err-oversize.request"), 10) == frame("err-oversize.reply") == TOO_LONG
 
 
 # --- requests ----------------------------------------------------------------------------------------------------
@@ -137,9 +76,10 @@ def test_handshake(slave):
     assert slave.errors == {0x8000: 1}
 
 
-def test_settings_that_do_not_fit_on_the_wire_are_refused_at_the_start(wheels):
+def test_facts_that_do_not_fit_on_the_wire_are_refused_at_the_start(wheels):
+    identity = REFERENCE.identity._replace(model="a name much too long")
     with pytest.raises(ValueError, match="model 'a name much too long'"):
-        SlamwareBase(SlamwareSettings(model="a name much too long"), wheels.take)
+        SlamwareBase(REFERENCE._replace(identity=identity), wheels)
 
 
 @pytest.mark.parametrize("kind", ["standard", "long"])
@@ -222,7 +162,7 @@ def test_more_than_1000_ms_of_silence_is_dead(slave, later_ms, alive):
 
 
 def test_core_timeout_is_a_setting(wheels):
-    slave = SlamwareBase(REFERENCE, wheels.take, core_timeout_ms=250)
+    slave = SlamwareBase(REFERENCE, wheels, core_timeout_ms=250)
     slave.receive(DRIVE, 0)
     assert (slave.alive(250), slave.alive(251)) == (True, False)
 
@@ -315,13 +255,18 @@ def test_nothing_inside_a_refused_frame_is_executed(slave, wheels):
 @given(st.integers(0, 8 * 17 - 1))
 def test_no_single_flipped_bit_moves_the_robot(bit):
     wheels = Wheels()
-    slave = SlamwareBase(REFERENCE, wheels.take)
+    slave = SlamwareBase(REFERENCE, wheels)
     bad = bytearray(DRIVE)
     bad[bit // 8] ^= 1 << bit % 8
     slave.receive(bytes(bad), 0)
     assert slave.wanted_twist == BodyTwist(0.0, 0.0, 0.0)
     assert not slave.alive(0)
     assert slave.receive(DRIVE, 150).endswith(NO_MOTION)
+
+
+class Moving(Motion):
+    def take_increment(self):
+        return Displacement(0.01, -0.02, 0.03)
 
 
 pieces = st.one_of(
@@ -332,8 +277,8 @@ pieces = st.one_of(
 
 @given(st.lists(st.tuples(st.integers(0, 120), pieces), max_size=20))
 def test_answers_depend_on_bytes_and_ticks_not_on_cuts(schedule):
-    whole = SlamwareBase(REFERENCE, lambda: (0.01, -0.02, 0.03))
-    bytewise = SlamwareBase(REFERENCE, lambda: (0.01, -0.02, 0.03))
+    whole = SlamwareBase(REFERENCE, Moving())
+    bytewise = SlamwareBase(REFERENCE, Moving())
     tick = 0
     for wait, data in schedule:
         tick += wait
@@ -351,6 +296,6 @@ def test_answers_depend_on_bytes_and_ticks_not_on_cuts(schedule):
 
 @given(st.binary(max_size=300))
 def test_any_bytes_are_answered_with_less_than_ten_times_their_number(data):
-    slave = SlamwareBase(REFERENCE, lambda: (0.0, 0.0, 0.0))
+    slave = SlamwareBase(REFERENCE, Motion())
     assert len(slave.receive(data, 0)) < 10 * len(data) + 1
     assert slave.receive(b"", 1) == b""

@@ -8,9 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from slamware_vendor import frame
 
-from bench.config import SlamwareSettings
 from bench.messages import BodyTwist
 from bench.slamware import SlamwareBase, SlamwareCore, encode_frame
+from bench.slamware.payloads import Displacement
+from bench.slamware.reference_base import reference_facts
+from bench.slamware.senses import Motion
 
 CONNECT = bytes.fromhex("10 03 F8 10 01 FA")
 HALT = bytes.fromhex("10 0E F8 41 000000000000000000000000 A7")
@@ -27,6 +29,11 @@ def sent(core, first, last, answers=()):
     return [(tick, data) for tick, data in steps if data]
 
 
+def asked(core, first, last, answers=()):
+    """The same without what brings a lost line back: the requests of 0xF8."""
+    return [(tick, data) for tick, data in sent(core, first, last, answers) if data[2] == 0xF8]
+
+
 def connected_core(**settings_):
     core = SlamwareCore(**settings_)
     assert core.step(0, b"") == CONNECT
@@ -40,14 +47,14 @@ def connected_core(**settings_):
 
 def test_connects_once_per_second_until_it_is_answered():
     core = SlamwareCore()
-    assert sent(core, 0, 3500) == [(0, CONNECT), (1000, CONNECT), (2000, CONNECT), (3000, CONNECT)]
+    assert asked(core, 0, 3500) == [(0, CONNECT), (1000, CONNECT), (2000, CONNECT), (3000, CONNECT)]
     assert not core.connected
     assert core.timeouts == 4
 
 
 def test_a_refused_handshake_is_repeated_a_second_later():
     core = SlamwareCore()
-    assert sent(core, 0, 1500, {1: NOT_SUPPORTED}) == [(0, CONNECT), (1000, CONNECT)]
+    assert asked(core, 0, 1500, {1: NOT_SUPPORTED}) == [(0, CONNECT), (1000, CONNECT)]
     assert core.errors == {0x8000: 1}
     assert not core.connected
 
@@ -81,11 +88,12 @@ def test_one_request_is_outstanding_at_a_time_and_a_late_answer_releases_the_nex
 
 def test_a_missing_answer_means_searching_again_at_once():
     core = connected_core()
-    assert sent(core, 2, 1300) == [(50, HALT), (250, CONNECT), (1250, CONNECT)]
+    assert asked(core, 2, 1300) == [(50, HALT), (250, CONNECT), (1250, CONNECT)]
     assert not core.connected
     assert [(event.tick, event.kind, event.detail) for event in core.events][1:] == [
         (250, "timeout", "no answer to 0x41"),
         (450, "timeout", "no answer to 0x10"),
+        (450, "lost", "the base does not answer; ending its open frame, if it has one"),
     ]
 
 
@@ -107,7 +115,7 @@ def test_an_ok_behind_an_error_or_behind_its_deadline_is_still_taken():
     assert core.pose.x_m == pytest.approx(-0.0312)
     assert core.unexpected == 0
     core = SlamwareCore()
-    assert sent(core, 0, 660, {600: IDENTITY, 601: NO_MOTION}) == [(0, CONNECT), (600, HALT), (650, HALT)]
+    assert asked(core, 0, 660, {600: IDENTITY, 601: NO_MOTION}) == [(0, CONNECT), (600, HALT), (650, HALT)]
     assert (core.connected, core.timeouts, core.unexpected) == (True, 1, 0)
 
 
@@ -182,16 +190,16 @@ def test_half_an_answer_from_before_does_not_spoil_the_next():
 
 
 def test_event_log_is_bounded():
-    core = SlamwareCore(connect_ms=1, answer_timeout_ms=1)
-    sent(core, 0, 1000)
-    assert core.timeouts == 1000
+    core = connected_core(poll_ms=2)
+    sent(core, 2, 2000, {tick: b"\xaa" + NO_MOTION for tick in range(3, 2000, 2)})
+    assert core.noise_bytes > 900
     assert len(core.events) == 200
 
 
 # --- core against base -------------------------------------------------------------------------------------------
 
 
-class Robot:
+class Robot(Motion):
     """Moves as it is told, perfectly, and knows the displacement since it was last asked."""
 
     def __init__(self):
@@ -204,12 +212,12 @@ class Robot:
         self.y_m += (s * twist.vx_mps + c * twist.vy_mps) * 0.001
         self.heading_rad += twist.omega_radps * 0.001
 
-    def take(self):
+    def take_increment(self):
         x, y, heading = self.mark
         self.mark = (self.x_m, self.y_m, self.heading_rad)
         c, s = math.cos(heading), math.sin(heading)
         dx, dy = self.x_m - x, self.y_m - y
-        return c * dx + s * dy, c * dy - s * dx, self.heading_rad - heading
+        return Displacement(c * dx + s * dy, c * dy - s * dx, self.heading_rad - heading)
 
 
 class Line:
@@ -218,7 +226,7 @@ class Line:
     def __init__(self, to_base=lambda data: data, to_core=lambda data: data):
         self.robot = Robot()
         self.core = SlamwareCore()
-        self.slave = SlamwareBase(SlamwareSettings(), self.robot.take)
+        self.slave = SlamwareBase(reference_facts(), self.robot)
         self.to_base, self.to_core = to_base, to_core
         self.tick = 0
         self.answer = b""

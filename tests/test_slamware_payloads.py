@@ -9,6 +9,7 @@ from slamware_vendor import BY_NAME
 
 from bench.messages import BodyTwist
 from bench.slamware.payloads import (
+    DeadReckon,
     Identity,
     connect_request,
     dead_reckon_answer,
@@ -123,13 +124,17 @@ def test_displacement_is_cut_towards_zero_and_stays_at_the_limit(metres, raw):
 
 def test_displacement_fields_and_status_bits():
     got = dead_reckon_from_answer(bytes.fromhex("00000a00 0000fbff 00800100 06"))
-    assert got == pytest.approx((0.010, -0.005, math.radians(1.5), 6))
+    assert got == DeadReckon(*map(pytest.approx, (0.010, -0.005, math.radians(1.5))), 6)
     assert dead_reckon_answer(0.010, -0.005, math.radians(1.5), 6)[12] == 6
     assert dead_reckon_from_answer(payload("dr-raw-minus-one")).status == 6
 
 
-def test_displacement_of_a_later_dialect_is_read_up_to_what_is_known():
-    assert dead_reckon_from_answer(payload("dr-with-timestamp")) == pytest.approx((0.010, -0.005, math.radians(1.5), 0))
+def test_displacement_of_a_later_dialect_tells_the_uptime():
+    moved = map(pytest.approx, (0.010, -0.005, math.radians(1.5)))
+    expected = DeadReckon(*moved, 0, 123456)
+    assert dead_reckon_from_answer(payload("dr-with-timestamp")) == expected
+    assert dead_reckon_from_answer(payload("dr-with-timestamp") + b"more") == expected
+    assert dead_reckon_answer(0.0, 0.0, 0.0, 0, 2**32 + 7)[13:] == bytes.fromhex("07000000"), "49.7 days later"
 
 
 @given(*[st.floats(-30.0, 30.0)] * 3)

@@ -21,10 +21,18 @@ Each answer is a long frame, except the copies of SYNC and ECHO, which keep thei
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from bench.config import SlamwareSettings
-from bench.messages import TICK_US, ZERO_TWIST, BodyTwist
+from bench.messages import TICK_US
+from bench.slamware.answers import Answers, Refused
+from bench.slamware.commands import (
+    BAD_CHECKSUM,
+    BAD_FORMAT,
+    NOT_SUPPORTED,
+    NOT_SYNCHRONISED,
+    SUB_COMMANDS,
+    TOO_LONG,
+    well_sized,
+)
+from bench.slamware.facts import BaseFacts
 from bench.slamware.framing import (
     CONTROL_BUS,
     ECHO,
@@ -37,22 +45,8 @@ from bench.slamware.framing import (
     SlamwareNoise,
     encode_frame,
 )
-from bench.slamware.payloads import (
-    BAD_CHECKSUM,
-    BAD_FORMAT,
-    CONNECT_BASE,
-    NOT_SUPPORTED,
-    NOT_SYNCHRONISED,
-    PROTOCOL_VERSION,
-    SET_V_AND_GET_DEADRECKON,
-    SUB_COMMANDS,
-    TOO_LONG,
-    Identity,
-    dead_reckon_answer,
-    error_answer,
-    identity_answer,
-    twist_from_request,
-)
+from bench.slamware.payloads import error_answer
+from bench.slamware.senses import Motion, Senses
 
 MAX_REQUEST_BYTES = 513
 """What the reference base takes: its 512-byte buffer holds no checksum of a long frame (length 509, verified)."""
@@ -60,50 +54,26 @@ MAX_REQUEST_BYTES = 513
 _ERROR_OF = {"flag": NOT_SYNCHRONISED, "oversize": TOO_LONG, "checksum": BAD_CHECKSUM, "length": BAD_FORMAT}
 
 
-class _Refused(Exception):
-    """A well-formed request that this base does not carry out."""
+class SlamwareBase(Answers):
+    """The SLAMWARE slave of one base, as ours is: strict. `receive` is all that a wire needs.
 
-    def __init__(self, code: int) -> None:
-        super().__init__(f"error 0x{code:04X}")
-        self.code = code
-
-
-class SlamwareBase:
-    """The SLAMWARE slave of one base.
-
-    `take_increment` returns the displacement (dx_m, dy_m, dtheta_rad) since its last call, in the robot's frame as it
-    stood then. It is called for a 0x41 that is answered, and for no other reason. `settings` are what 0x10 answers;
-    ValueError where they do not fit on the wire.
+    `motion` and `senses` are asked while a request is answered, and at no other time. ValueError where the facts do not
+    fit on the wire.
     """
 
     def __init__(
-        self,
-        settings: SlamwareSettings,
-        take_increment: Callable[[], tuple[float, float, float]],
-        core_timeout_ms: int = 1000,
+        self, facts: BaseFacts, motion: Motion, senses: Senses | None = None, core_timeout_ms: int = 1000
     ) -> None:
-        self.wanted_twist: BodyTwist = ZERO_TWIST
-        """Velocity of the last 0x41. Means nothing while the core is not alive."""
-        self.connected = False
-        """Whether a core has shaken hands since boot. 0x41 is obeyed without, as the reference base does."""
+        super().__init__(facts, motion, senses)
         self.requests: dict[int, int] = {}
         """How many good 0xF8 frames came, by sub-command."""
         self.errors: dict[int, int] = {}
         """How many error answers left, by error code."""
         self._decoder = FrameDecoder(rescan=False, max_bytes=MAX_REQUEST_BYTES)
-        self._take_increment = take_increment
         self._core_timeout_ticks = core_timeout_ms * 1000 // TICK_US
         self._life_tick: int | None = None
         self._stray_end = -1  # stream offset and tick behind the last stray byte
         self._stray_tick = 0
-        self._has_reported_motion = False
-        self._identity_answer = identity_answer(
-            Identity(settings.model, settings.firmware_version, settings.hardware_version, settings.serial_number)
-        )
-        self._handlers: dict[int, Callable[[bytes], bytes]] = {
-            CONNECT_BASE: self._connect,
-            SET_V_AND_GET_DEADRECKON: self._set_velocity,
-        }
 
     def alive(self, tick: int) -> bool:
         """Whether a good 0xF8 frame came within the core timeout: at 1000 ms it still drives, at 1001 ms it is dead."""
@@ -131,45 +101,30 @@ class SlamwareBase:
 
     def _answer(self, frame: SlamwareFrame, tick: int) -> bytes:
         if frame.code == CONTROL_BUS:
-            if not self.alive(tick):
-                # The core is back from silence. Until it says so again, what it wanted before must not move the robot.
-                self.wanted_twist = ZERO_TWIST
-            self._life_tick = tick
+            self._live(tick)
             try:
-                return encode_frame(OK, self._carry_out(frame.payload))
-            except _Refused as refused:
+                return encode_frame(OK, self._checked(frame.payload, tick))
+            except Refused as refused:
                 return self._error(refused.code)
         if frame.code in (SYNC, ECHO):
             return encode_frame(frame.code, frame.payload, frame.type)
         return self._error(NOT_SUPPORTED)
 
-    def _carry_out(self, payload: bytes) -> bytes:
+    def _live(self, tick: int) -> None:
+        if not self.alive(tick):
+            # The core is back from silence. Until it says so again, what it wanted before must not move the robot.
+            self.stop()
+        self._life_tick = tick
+
+    def _checked(self, payload: bytes, tick: int) -> bytes:
         if not payload:
-            raise _Refused(BAD_FORMAT)
-        sub_command = payload[0]
+            raise Refused(BAD_FORMAT)
+        sub_command, fields = payload[0], payload[1:]
         self.requests[sub_command] = self.requests.get(sub_command, 0) + 1
-        handler = self._handlers.get(sub_command)
-        if handler is None:
-            raise _Refused(NOT_SUPPORTED)
-        if len(payload) - 1 != SUB_COMMANDS[sub_command].request_bytes:
-            raise _Refused(BAD_FORMAT)
-        return handler(payload[1:])
+        if sub_command in SUB_COMMANDS and not well_sized(sub_command, fields):
+            raise Refused(BAD_FORMAT)
+        return self.carry_out(sub_command, fields, tick)
 
     def _error(self, code: int) -> bytes:
         self.errors[code] = self.errors.get(code, 0) + 1
         return encode_frame(ERROR, error_answer(code))
-
-    def _connect(self, fields: bytes) -> bytes:
-        if fields[0] != PROTOCOL_VERSION:
-            raise _Refused(NOT_SUPPORTED)
-        self.connected = True
-        return self._identity_answer
-
-    def _set_velocity(self, fields: bytes) -> bytes:
-        increment = self._take_increment()
-        self.wanted_twist = twist_from_request(fields)
-        if not self._has_reported_motion:
-            # The first answer after boot is zero and throws earlier motion away. A new handshake does not repeat that.
-            self._has_reported_motion = True
-            increment = (0.0, 0.0, 0.0)
-        return dead_reckon_answer(*increment)

@@ -1,7 +1,8 @@
 """A SLAMWARE core: the master's end of the control bus. It asks, reads what comes back and believes it.
 
-    searching    0x10 CONNECT_BASE at once, then every `connect_ms`              OK -> connected
-    connected    0x41 SET_V_AND_GET_DEADRECKON every `poll_ms`                   no answer in time -> searching
+    searching    0x10 CONNECT_BASE at once, then every `connect_ms`           OK -> connected, silence -> lost
+    lost         the procedure of `resync`                                    done or in vain -> searching
+    connected    the velocity every `poll_ms`, between them the `schedule`    no answer in time -> searching
 
 One request is outstanding at a time; an answer is matched to it by order, size and status, because it names no command.
 After an error answer the next request leaves on schedule. An OK that still comes before the next request is taken, late
@@ -14,12 +15,13 @@ No clock: `step` once a tick, ticks count from 0.
 
 from __future__ import annotations
 
-import math
 from collections import deque
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
-from bench.odometry import wrap
+from bench.slamware import commands as bus
+from bench.slamware.answer_table import reads
 from bench.slamware.framing import (
     CONTROL_BUS,
     ERROR,
@@ -30,30 +32,32 @@ from bench.slamware.framing import (
     SlamwareFrame,
     encode_frame,
 )
+from bench.slamware.health import fault_in_words, fault_request
+from bench.slamware.knowledge import Knowledge
 from bench.slamware.payloads import (
-    CONNECT_BASE,
-    DEAD_RECKON_BYTES,
-    IDENTITY_BYTES,
-    SET_V_AND_GET_DEADRECKON,
     Identity,
     connect_request,
-    dead_reckon_from_answer,
     error_from_answer,
-    identity_from_answer,
     meaning_of,
     twist_request,
+    wheels_request,
 )
+from bench.slamware.resync import DONE, RUNNING, Resync
+from bench.slamware.schedule import MOST_WAITING, VELOCITY_ONLY, Schedule, Timetable, check_request
 
 EVENT_LOG_LENGTH = 200
+MOST_FAULTS = 16
+"""Faults whose text is asked for after a summary that counts any."""
 
-NOTHING = -1
-"""No request is outstanding."""
-
-_LEAST_ANSWER_BYTES = {CONNECT_BASE: IDENTITY_BYTES, SET_V_AND_GET_DEADRECKON: DEAD_RECKON_BYTES}
+_CONNECT = connect_request()
 
 
 class CoreEvent(NamedTuple):
-    """Something a user wants to know of: "connected", "timeout", "error", "noise" or "unexpected", and the details."""
+    """Something a user wants to know of, and the details.
+
+    "connected", "timeout", "error", "noise", "unexpected", "lost" (the line is being brought back), "in step" (it is),
+    "asked" (by the base), "fault" (of the base).
+    """
 
     tick: int
     kind: str
@@ -63,14 +67,16 @@ class CoreEvent(NamedTuple):
 class SlamwareCore:
     """The master of one base. Sends standard frames, which every base must understand, and accepts both types."""
 
-    def __init__(self, poll_ms: int = 50, connect_ms: int = 1000, answer_timeout_ms: int = 200) -> None:
+    def __init__(
+        self,
+        poll_ms: int = 50,
+        connect_ms: int = 1000,
+        answer_timeout_ms: int = 200,
+        schedule: Schedule = VELOCITY_ONLY,
+    ) -> None:
         self.connected = False
-        self.identity: Identity | None = None
-        """What the base last said of itself."""
-        self.pose = Pose(0.0, 0.0, 0.0)
-        """Where the core believes the robot is: the increments of all answers that arrived, composed."""
-        self.status = 0
-        """Status bits of the last dead-reckoning answer."""
+        self.known = Knowledge()
+        """The latest of everything that the base has told."""
         self.requests: dict[int, int] = {}
         """How many requests left, by sub-command."""
         self.answers: dict[int, int] = {}
@@ -81,97 +87,175 @@ class SlamwareCore:
         self.noise_bytes = 0
         self.unexpected = 0
         """Good frames that answer nothing which was asked."""
+        self.resyncs = 0
+        """How often the line had to be brought back, or could not be."""
         self.events: deque[CoreEvent] = deque(maxlen=EVENT_LOG_LENGTH)
         for name, value in (("poll_ms", poll_ms), ("connect_ms", connect_ms), ("answer_timeout_ms", answer_timeout_ms)):
             if value * 1000 < TICK_US:
                 raise ValueError(f"{name} {value} is less than one tick")
-        self._poll_ticks = poll_ms * 1000 // TICK_US
+        self._timetable = Timetable(twist_request(ZERO_TWIST), poll_ms * 1000 // TICK_US, schedule)
         self._connect_ticks = connect_ms * 1000 // TICK_US
         self._timeout_ticks = answer_timeout_ms * 1000 // TICK_US
         self._decoder = FrameDecoder()
-        self._connect_frame = encode_frame(CONTROL_BUS, connect_request(), STANDARD)
-        self._outstanding = NOTHING  # sub-command of the last request, until its OK comes
+        self._resync: Resync | None = None
+        self._outstanding = b""  # the last request, until its OK comes
         self._is_waiting = False
         self._send_tick = 0
+        self._connect_tick = 0  # before this tick no handshake is tried
         self._act_tick = 0  # before this tick there is nothing to do but to read
-        self.ask(ZERO_TWIST)
+
+    @property
+    def pose(self) -> Pose:
+        """Where the core believes the robot is."""
+        return self.known.pose
+
+    @property
+    def status(self) -> int:
+        """Status bits of the last dead-reckoning answer."""
+        return self.known.status
+
+    @property
+    def identity(self) -> Identity | None:
+        """What the base last said of itself."""
+        return self.known.identity
 
     def ask(self, twist: BodyTwist) -> None:
         """Want this velocity from the next poll on. Raises ValueError where it does not fit on the wire."""
-        self._velocity_frame = encode_frame(CONTROL_BUS, twist_request(twist), STANDARD)
+        self._timetable.velocity = twist_request(twist)
+
+    def ask_wheels(self, speeds_mps: Sequence[float]) -> None:
+        """Want these rim speeds from the next poll on: 0x40 in place of 0x41, so no displacements come."""
+        self._timetable.velocity = wheels_request(speeds_mps)
+
+    def request(self, payload: bytes) -> None:
+        """Send this request once, when the line is free. Raises ValueError for none of 0xF8's, or for the 65th."""
+        check_request(payload)
+        if self._timetable.is_full:
+            raise ValueError(f"{MOST_WAITING} requests are waiting already")
+        self._timetable.add(payload)
+        self._plan()
 
     def step(self, tick: int, answer_bytes: bytes) -> bytes:
         """Read what came from the base; return what leaves in this tick, nothing most of the time."""
         if answer_bytes:
-            self._read(self._decoder.feed(answer_bytes, tick), tick)
+            events = self._decoder.feed(answer_bytes, tick)
+            if self._resync is not None:
+                return self._bring_back(tick, True, events)
+            self._read(events, tick)
         if tick < self._act_tick:
             return b""
-        return self._act(tick)
+        return self._act(tick) if self._resync is None else self._bring_back(tick, False, ())
 
     def _act(self, tick: int) -> bytes:
         # Looking again at the deadline may still find the answer, behind a false start of a frame.
         self._read(self._decoder.finish(), tick)
         if self._is_waiting:
-            self._is_waiting = False
-            self.timeouts += 1
-            self._log(tick, "timeout", f"no answer to 0x{self._outstanding:02X}")
-            self.connected = False
-            if self._outstanding == CONNECT_BASE:
-                self._act_tick = self._send_tick + self._connect_ticks
+            self._give_up_waiting(tick)
         if tick < self._act_tick:
             return b""
-        sub_command, frame = SET_V_AND_GET_DEADRECKON, self._velocity_frame
-        if not self.connected:
-            sub_command, frame = CONNECT_BASE, self._connect_frame
-        self.requests[sub_command] = self.requests.get(sub_command, 0) + 1
-        self._outstanding = sub_command
+        if self._resync is not None:
+            return self._bring_back(tick, False, ())
+        request = self._timetable.take(tick) if self.connected else _CONNECT
+        if not request:
+            self._plan()
+            return b""
+        self.requests[request[0]] = self.requests.get(request[0], 0) + 1
+        self._outstanding = request
         self._is_waiting = True
         self._send_tick = tick
         self._act_tick = tick + self._timeout_ticks
-        return frame
+        return encode_frame(CONTROL_BUS, request, STANDARD)
 
-    def _read(self, events: list[SlamwareEvent], tick: int) -> None:
+    def _give_up_waiting(self, tick: int) -> None:
+        self._is_waiting = False
+        self.timeouts += 1
+        self._log(tick, "timeout", f"no answer to 0x{self._outstanding[0]:02X}")
+        self.connected = False
+        if self._outstanding == _CONNECT:
+            self._connect_tick = self._send_tick + self._connect_ticks
+            self._resync = Resync(tick, self.resyncs)
+            self.resyncs += 1
+            self._log(tick, "lost", "the base does not answer; ending its open frame, if it has one")
+        else:
+            self._connect_tick = tick
+
+    def _bring_back(self, tick: int, heard: bool, events: Sequence[SlamwareEvent]) -> bytes:
         for event in events:
             if not isinstance(event, SlamwareFrame):
-                self.noise_bytes += event.length
-                self._log(tick, "noise", f"{event.length} bytes refused: {event.reason}")
+                self._count_noise(event.length, event.reason, tick)
+            elif self._is_answer(event, tick):  # late, but what the line was waiting for
+                self._resync = None
+                self._plan()
+                return b""
+        resync = self._resync
+        assert resync is not None
+        out = resync.step(tick, heard, events)
+        if out:
+            self._decoder.finish()
+        if resync.state != RUNNING:
+            self._resync = None
+            if resync.state == DONE:
+                self._log(tick, "in step", "SYNC came back")
+                self._connect_tick = tick + 1
+            self._plan()
+        return out
+
+    def _plan(self) -> None:
+        """When there is something to do next, unless something is under way."""
+        if not self._is_waiting and self._resync is None:
+            self._act_tick = self._timetable.next_tick() if self.connected else self._connect_tick
+
+    def _read(self, events: Sequence[SlamwareEvent], tick: int) -> None:
+        for event in events:
+            if not isinstance(event, SlamwareFrame):
+                self._count_noise(event.length, event.reason, tick)
             elif self._is_error(event, tick) or self._is_answer(event, tick):
                 self._is_waiting = False
-                self._act_tick = self._send_tick + (self._poll_ticks if self.connected else self._connect_ticks)
+                if not self.connected:
+                    self._connect_tick = self._send_tick + self._connect_ticks
+                self._plan()
             else:
                 self.unexpected += 1
                 self._log(tick, "unexpected", f"code 0x{event.code:02X} with {len(event.payload)} bytes")
 
+    def _count_noise(self, length: int, reason: str, tick: int) -> None:
+        self.noise_bytes += length
+        self._log(tick, "noise", f"{length} bytes refused: {reason}")
+
     def _is_error(self, frame: SlamwareFrame, tick: int) -> bool:
         """Note an error answer to the outstanding request; False where the frame is something else."""
-        if frame.code != ERROR or len(frame.payload) != 2 or self._outstanding == NOTHING:
+        if frame.code != ERROR or len(frame.payload) != 2 or not self._outstanding:
             return False
         code = error_from_answer(frame.payload)
         self.errors[code] = self.errors.get(code, 0) + 1
-        self._log(tick, "error", f"0x{code:04X} to 0x{self._outstanding:02X}: {meaning_of(code)}")
+        self._log(tick, "error", f"0x{code:04X} to 0x{self._outstanding[0]:02X}: {meaning_of(code)}")
+        if code == bus.NOT_SUPPORTED:
+            self._timetable.rest(self._outstanding)
         return True
 
     def _is_answer(self, frame: SlamwareFrame, tick: int) -> bool:
         """Use the OK to the outstanding request; False where the frame cannot be that."""
-        sub_command = self._outstanding
-        if frame.code != OK or sub_command == NOTHING or len(frame.payload) < _LEAST_ANSWER_BYTES[sub_command]:
+        request = self._outstanding
+        kind = reads(request, frame.payload) if frame.code == OK else None
+        if kind is None:
             return False
-        self._outstanding = NOTHING
-        self.answers[sub_command] = self.answers.get(sub_command, 0) + 1
-        if sub_command == CONNECT_BASE:
-            self.identity = identity_from_answer(frame.payload)
+        self._outstanding = b""
+        self.answers[request[0]] = self.answers.get(request[0], 0) + 1
+        self.known.take(kind, request, frame.payload)
+        if request == _CONNECT and self.known.identity is not None:
             self.connected = True
-            self._log(tick, "connected", self.identity.model)
-        else:
-            self._move(frame.payload)
+            self._log(tick, "connected", self.known.identity.model)
+            self._timetable.begin(tick, self._send_tick)
+        elif kind == (bus.POLL_BASE_CMD, 0) and self.known.base_request is not None:
+            asked = self.known.base_request
+            self._log(tick, "asked", f"0x{asked:02X} {bus.BASE_REQUEST_NAMES.get(asked, 'unknown')}")
+            self._timetable.add(bytes((bus.POLL_BASE_ANS_CMD,)), first=True)
+        elif kind == (bus.HEALTH_MGMT, bus.GET_HEALTH) and self.known.health is not None:
+            for index in range(min(self.known.health.number, MOST_FAULTS)):
+                self._timetable.add(fault_request(index))
+        elif kind == (bus.HEALTH_MGMT, bus.GET_FAULT):
+            self._log(tick, "fault", fault_in_words(self.known.faults[request[2]].code))
         return True
-
-    def _move(self, payload: bytes) -> None:
-        # An increment is a displacement, not a twist: it is turned into the frame and added, without the exponential.
-        dx_m, dy_m, dtheta_rad, self.status = dead_reckon_from_answer(payload)
-        x_m, y_m, heading_rad = self.pose
-        c, s = math.cos(heading_rad), math.sin(heading_rad)
-        self.pose = Pose(x_m + c * dx_m - s * dy_m, y_m + s * dx_m + c * dy_m, wrap(heading_rad + dtheta_rad))
 
     def _log(self, tick: int, kind: str, detail: str) -> None:
         self.events.append(CoreEvent(tick, kind, detail))
