@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from bench.canbus.budget import Budget
+    from bench.canbus.measured import Measurement
     from bench.canbus.streams import Stream
     from bench.canbus.table import Family
 
@@ -31,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="something else on the bus: 0x205:1000, 0x101:50:4",
     )
+    parser.add_argument("--log", metavar="FILE", type=Path, help="measure a recorded bus instead: any CAN log")
     parser.add_argument("--json", action="store_true", help="one JSON object, or one a line for --nodes N-M")
 
 
@@ -48,6 +51,8 @@ def run(args: argparse.Namespace) -> int:
     family = family_of(robot)
     for name in ("feedback_hz", "command_hz", "bitrate"):
         _check_range(f"--{name.replace('_', '-')}", getattr(args, name), 1, 1_000_000)
+    if args.log is not None:
+        return _measured(family, [wheel.can_id for wheel in robot.wheels], args)
     rates = {"feedback_hz": args.feedback_hz, "command_hz": args.command_hz}
     others = [_other(text) for text in args.also]
     counts = _node_counts(args.nodes)
@@ -85,6 +90,62 @@ def _many(family: Family, counts: range, rates: dict[str, int], others: list[Str
         loads = "".join(f"{100 * load:{width}.1f}" for load, width in zip(_loads(found), (9, 11, 11, 9), strict=True))
         print(f"{count:6}{sum(one.hz for one in sent):10}{loads}  {found.verdict}")
     return 0
+
+
+def _measured(family: Family, numbers: list[int], args: argparse.Namespace) -> int:
+    """What a log says; exit status 1 where somebody is on the bus who should not be."""
+    import json
+
+    from bench.canbus.c610 import QUICK_ID
+    from bench.canbus.measured import measure
+    from bench.canbus.watch import BusWatch
+    from bench.cli.canlog import frames
+    from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
+
+    also = [message.can_id for message in family.others if message.can_id != QUICK_ID]
+    found = measure(frames(args.log), BusWatch(numbers, also), args.bitrate)
+    if not found.frames:
+        raise UsageError(f"{args.log}: has no frame of classic CAN")
+    if args.json:
+        print(json.dumps(_measured_facts(found)))
+    else:
+        print("\n".join(_measured_lines(found)))
+    return EXIT_FAILED if found.findings else EXIT_OK
+
+
+def _measured_facts(found: Measurement) -> dict[str, Any]:
+    return {
+        "bitrate": found.bitrate,
+        "seconds": round(found.seconds, 6),
+        "frames": found.frames,
+        "load_percent": {"mean": round(100 * found.load, 2), "busiest_100_ms": round(100 * found.busiest, 2)},
+        "messages": [
+            {
+                "can_id": one.can_id,
+                "extended": one.extended,
+                "frames": one.frames,
+                "bits": {"least": one.least_bits, "mean": round(one.bits / one.frames, 2), "most": one.most_bits},
+            }
+            for _, one in sorted(found.by_id.items())
+        ],
+        "findings": [finding.text for finding in found.findings],
+    }
+
+
+def _measured_lines(found: Measurement) -> Iterable[str]:
+    yield f"{found.frames} frames in {found.seconds:.3f} s at {found.bitrate / 1e6:g} Mbit/s"
+    yield f"load {100 * found.load:.1f} %, in the busiest 100 ms {100 * found.busiest:.1f} %"
+    yield ""
+    yield "id            frames      Hz   bits: least     mean   most"
+    for _, one in sorted(found.by_id.items()):
+        hz = one.frames / found.seconds if found.seconds else 0.0
+        name = f"0x{one.can_id:0{8 if one.extended else 3}X}"
+        mean = one.bits / one.frames
+        yield f"{name:10}{one.frames:10}{hz:8.0f}{one.least_bits:14}{mean:9.1f}{one.most_bits:7}"
+    yield ""
+    yield from (finding.text for finding in found.findings)
+    if not found.findings:
+        yield "nobody is on the bus who should not be"
 
 
 def _loads(found: Budget) -> tuple[float, float, float, float]:

@@ -108,29 +108,21 @@ def _slamware(pieces: Iterable[bytes]) -> Iterator[dict[str, Any]]:
 
 
 def _can(protocol: str, path: Path, robot: str | None) -> Iterator[dict[str, Any]]:
-    """The frames of a CAN log in any format that python-can reads (candump .log, .asc, .blf, .trc ...)."""
-    import can
-
-    from bench.errors import UsageError
+    """The frames of a CAN log in any format that python-can reads."""
+    from bench.cli.canlog import frames
 
     describe = _family(protocol, robot).describe
-    if not path.is_file():
-        raise UsageError(f"{path}: is no file; give a CAN log such as candump's")
-    try:
-        # The reader says of each kind of damage something else; to the user they are one fault: not such a log.
-        with can.LogReader(path) as messages:
-            for message in messages:
-                decoded = describe(message.arbitration_id, bytes(message.data))
-                yield {
-                    "event": "frame" if decoded else "other",
-                    "protocol": protocol,
-                    "at_us": round(message.timestamp * 1e6),
-                    "can_id": message.arbitration_id,
-                    "data": bytes(message.data).hex(),
-                    "decoded": decoded,
-                }
-    except (ValueError, IndexError, OSError, EOFError) as error:
-        raise UsageError(f"{path}: is no CAN log that can be read ({error}); candump's .log is one") from None
+    for frame in frames(path):
+        classic = not frame.extended and frame.remote_length is None
+        decoded = describe(frame.can_id, frame.data) if classic else {}
+        yield {
+            "event": "frame" if decoded else "other",
+            "protocol": protocol,
+            "at_us": frame.at_us,
+            "can_id": frame.can_id,
+            "data": frame.data.hex(),
+            "decoded": decoded,
+        }
 
 
 def _family(protocol: str, robot: str | None) -> Family:
