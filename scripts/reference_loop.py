@@ -217,6 +217,8 @@ class LibraryBase:
         return currents
 
     def _ramped(self) -> tuple[float, float, float]:
+        if not any(self.wanted):
+            return 0.0, 0.0, 0.0
         limits = self.robot.limits
         (vx, vy, omega), (to_vx, to_vy, to_omega) = self.twist, self.wanted
         distance, step = math.hypot(to_vx - vx, to_vy - vy), limits.linear_acceleration_mps2 * DT_S

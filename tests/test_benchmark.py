@@ -28,7 +28,7 @@ def frames(log_file):
 
 def test_both_loops_put_the_same_frames_on_the_bus(tmp_path):
     job = from_scenario(SCENARIO)
-    job.ticks = 3000  # armed at 1.0 s, forward from 1.5 s
+    job.ticks = 4200  # armed at 1.0 s, forward from 1.5 s, a standstill at 3.5 s, to the right from 3.8 s
     with job.recorder(tmp_path / "bench") as recorder:
         for out in job:
             recorder.add(out)
@@ -36,7 +36,7 @@ def test_both_loops_put_the_same_frames_on_the_bus(tmp_path):
         for tick in range(job.ticks):
             libraries.tick(job.inputs(tick).rc)
     ours = frames(tmp_path / "bench" / "can.log")
-    assert len(ours) == 4 * 3000
+    assert len(ours) == 4 * 4200
     assert len({data for _, can_id, data in ours if can_id == 0x200}) > 100, "the robot drives"
     assert frames(tmp_path / "libraries.log") == ours
 
