@@ -182,7 +182,7 @@ def byte_table(message: Message) -> list[str]:
         at = one.first_byte + one.size
         kind = f"{'i' if one.signed else 'u'}{8 * one.size}"
         limits = f"always {one.low:#04x}" if one.is_constant else f"{one.low} .. {one.high}"
-        count = f"{one.scale:.9g} {one.unit}" if one.unit else ""
+        count = f"{one.scale:.9g} {one.unit}" if one.unit not in ("", "counts") else ""
         lines.append(f"| {one.place} | {one.key} | {kind} | {limits} | {count} | {one.about} |")
     if at < message.length:
         lines.append(_padding(at, message.length))

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(f"{robot.name}: {len(numbers)} {family.name} at {args.bitrate / 1e6:g} Mbit/s\n")
         print("\n".join(_lines(found)))
-        if highest != args.feedback_hz:
+        if found.verdict != CLASH and highest != args.feedback_hz:
             print(_advice(highest, args.feedback_hz))
     return EXIT_FAILED if found.verdict in (TOO_MUCH, CLASH) else EXIT_OK
 
@@ -157,7 +157,7 @@ def _facts(found: Budget) -> dict[str, Any]:
     names = ("least", "typical", "at_rest", "worst")
     return {
         "bitrate": found.bitrate,
-        "load_percent": {name: round(100 * load, 2) for name, load in zip(names, _loads(found), strict=True)},
+        "load_percent": {name: round(100 * load, 4) for name, load in zip(names, _loads(found), strict=True)},
         "messages": [
             {
                 "can_id": row.stream.can_id,
