@@ -26,25 +26,31 @@ VERBS = {
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; returns its exit status: 0 ok, 1 expectation failed, 2 usage, 3 environment."""
     given = _with_negative_values(sys.argv[1:] if arguments is None else arguments)
-    parser = _parser(given[0] if given else "")
-    args = parser.parse_args(given)
-    if args.verb is None:
-        parser.print_help()
-        return 2
-    from bench.errors import EXIT_ENVIRONMENT, BenchError
+    verb = given[0] if given else ""
+    try:
+        parser = _parser(verb)
+        args = parser.parse_args(given)
+        if args.verb is None:
+            parser.print_help()
+            return 2
+        return _run(args)
+    except KeyboardInterrupt:
+        print(f"wheelbench {verb}: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # Whoever read our output has left (`| head`): not an error of ours, and nothing more can be said to them.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 3
+
+
+def _run(args: argparse.Namespace) -> int:
+    from bench.errors import BenchError
 
     try:
         return int(args.run_verb(args))
     except BenchError as error:
         print(f"wheelbench {args.verb}: {error}", file=sys.stderr)
         return error.exit_status
-    except KeyboardInterrupt:
-        print(f"wheelbench {args.verb}: interrupted", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        # Whoever read our output has left (`| head`): not an error of ours, and nothing more can be said to them.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_ENVIRONMENT
 
 
 def _with_negative_values(arguments: list[str]) -> list[str]:

@@ -20,7 +20,8 @@ ONLY_IN = {
     "time": ("io/clock.py",),
     "datetime": (),
     "random": (),
-    "threading": (),
+    "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
+    "signal": ("cli/headless.py", "tui.py"),
     "asyncio": (),
     "numpy": (),
     "pytest": (),
@@ -31,7 +32,14 @@ FOUNDATION = {"bench.messages", "bench.config", "bench.errors"}
 BUILDS_ON = {
     "errors.py": set(),
     "messages.py": set(),
-    "config.py": {"bench.errors", "bench.fittings", "bench.kinematics", "bench.loads", "bench.slamware.payloads"},
+    "config.py": {
+        "bench.errors",
+        "bench.fittings",
+        "bench.kinematics",
+        "bench.loads",
+        "bench.rc_decode",
+        "bench.slamware.payloads",
+    },
     "fittings.py": {"bench.config"},
     "sensors.py": FOUNDATION | {"bench.fittings", "bench.slamware"},
     "loads.py": FOUNDATION | {"bench.kinematics"},

@@ -208,7 +208,7 @@ def test_a_capture_of_another_protocol_names_the_profile_to_take(call, tmp_path)
     stream = tmp_path / "stick.bin"
     stream.write_bytes(b"\x0f" * 50)
     status, _, err = call("replay", stream, "--protocol", "crsf")
-    assert (status, "crossfire would fit" in err) == (2, True)
+    assert (status, "crossfire, elrs would fit" in err) == (2, True)
 
 
 def test_check_names_the_first_difference(call, tmp_path):
@@ -271,7 +271,7 @@ def test_the_demos_facts_as_json(call):
     facts = json.loads(call("demo", "--json")[1])
     assert facts["golden"]["ok"]
     assert facts["frames"]["can_feedback"] == 3 * facts["frames"]["can_commands"] == 81_000
-    assert facts["odometry_off_m"] < 0.001
+    assert 0.0 < facts["odometry_off_m"] < 0.03  # hard braking slips
 
 
 def test_a_golden_is_not_pinned_in_ci(call, monkeypatch):
@@ -281,14 +281,15 @@ def test_a_golden_is_not_pinned_in_ci(call, monkeypatch):
     assert "CI" in err
 
 
-def test_ctrl_c_keeps_what_has_been_recorded(tmp_path):
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_keeps_what_has_been_recorded(tmp_path, stop):
     command = [sys.executable, "-m", "bench", "replay", str(DEMO), "--record", str(tmp_path / "cut")]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     log = tmp_path / "cut" / "can.log"
     deadline = time.monotonic() + 20
     while not (log.exists() and log.stat().st_size > 0) and time.monotonic() < deadline:
         time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(stop)
     _, err = process.communicate(timeout=20)
     assert process.returncode == 130
     assert err.strip() == "wheelbench replay: interrupted"

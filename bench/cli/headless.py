@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import sys
-from collections.abc import Iterable
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from bench.check.recording import Recorder
 from bench.check.run import Run
@@ -18,20 +21,50 @@ BAR_EVERY_TICKS = 500
 def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) -> tuple[Summary, float]:
     """Run to the end; returns what happened and how many times faster than real time it was.
 
-    Whatever interrupts the run, the recorder is closed first: nothing already recorded is lost.
+    Ctrl-C and SIGTERM end the run after a whole tick, and the recorder is closed whatever happens: nothing already
+    recorded is lost. Raises KeyboardInterrupt for either.
     """
     summary = Summary()
     started_ns = now_ns()
-    try:
-        for out in _with_bar(run, quiet):
+    with _asked_to_stop() as asked:
+        try:
+            for out in _with_bar(run, quiet):
+                if recorder is not None:
+                    recorder.add(out)
+                summary.add(out)
+                if asked:
+                    raise KeyboardInterrupt
+        finally:
             if recorder is not None:
-                recorder.add(out)
-            summary.add(out)
-    finally:
-        if recorder is not None:
-            recorder.close()
+                recorder.close()
     took_ns = max(1, now_ns() - started_ns)
     return summary, summary.ticks * 1e6 / took_ns
+
+
+@contextmanager
+def _asked_to_stop() -> Iterator[list[int]]:
+    """A list that holds the first signal to stop. A second one acts as usual, at once.
+
+    An exception out of a signal can strike inside a callback of the engine, where it is swallowed; a list cannot.
+    """
+    asked: list[int] = []
+    if threading.current_thread() is not threading.main_thread():  # only there may signals be caught
+        yield asked
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def note(number: int, _frame: object) -> None:
+        asked.append(number)
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+    for number in before:
+        signal.signal(number, note)
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _with_bar(run: Run, quiet: bool) -> Iterable[TickOutput]:
