@@ -3,21 +3,22 @@
     searching    0x10 CONNECT_BASE at once, then every `connect_ms`           OK -> connected, silence -> lost
     lost         the procedure of `resync`                                    done or in vain -> searching
     connected    the velocity every `poll_ms`, between them the `schedule`    no answer in time -> searching
+    either       three requests in a row came damaged, says the base          -> lost
 
 One request is outstanding at a time; an answer is matched to it by order, size and status, because it names no command.
 After an error answer the next request leaves on schedule. An OK that still comes before the next request is taken, late
 or behind an error: what the base refused may have been a stray byte in front of the request. Before each request stale
 input is thrown away. The deadline is longer than the 100 ms after which a base drops a partial frame, so that a request
-cut on its way is followed by the silence that mends it. What no vendor document gives (periods, deadline) is ours.
+cut on its way is followed by the silence that mends it. Three damaged in a row may be a base that is out of step: the
+reference base can take the tail of each request for the start of the next, and would do so for ever. What no vendor
+document gives (periods, deadline) is ours.
 
 No clock: `step` once a tick, ticks count from 0.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
 from bench.slamware import commands as bus
@@ -34,6 +35,7 @@ from bench.slamware.framing import (
 )
 from bench.slamware.health import fault_in_words, fault_request
 from bench.slamware.knowledge import Knowledge
+from bench.slamware.ledger import Ledger
 from bench.slamware.payloads import (
     Identity,
     connect_request,
@@ -45,26 +47,15 @@ from bench.slamware.payloads import (
 from bench.slamware.resync import DONE, RUNNING, Resync
 from bench.slamware.schedule import MOST_WAITING, VELOCITY_ONLY, Schedule, Timetable, check_request
 
-EVENT_LOG_LENGTH = 200
 MOST_FAULTS = 16
 """Faults whose text is asked for after a summary that counts any."""
+OUT_OF_STEP_AFTER = 3
+"""Requests in a row that the base has called damaged."""
 
 _CONNECT = connect_request()
 
 
-class CoreEvent(NamedTuple):
-    """Something a user wants to know of, and the details.
-
-    "connected", "timeout", "error", "noise", "unexpected", "lost" (the line is being brought back), "in step" (it is),
-    "asked" (by the base), "fault" (of the base).
-    """
-
-    tick: int
-    kind: str
-    detail: str
-
-
-class SlamwareCore:
+class SlamwareCore(Ledger):
     """The master of one base. Sends standard frames, which every base must understand, and accepts both types."""
 
     def __init__(
@@ -74,32 +65,23 @@ class SlamwareCore:
         answer_timeout_ms: int = 200,
         schedule: Schedule = VELOCITY_ONLY,
     ) -> None:
+        super().__init__()
         self.connected = False
         self.known = Knowledge()
         """The latest of everything that the base has told."""
-        self.requests: dict[int, int] = {}
-        """How many requests left, by sub-command."""
-        self.answers: dict[int, int] = {}
-        """How many OK answers came, by the sub-command that they answer."""
-        self.errors: dict[int, int] = {}
-        """How many error answers came, by error code."""
-        self.timeouts = 0
-        self.noise_bytes = 0
-        self.unexpected = 0
-        """Good frames that answer nothing which was asked."""
-        self.resyncs = 0
-        """How often the line had to be brought back, or could not be."""
-        self.events: deque[CoreEvent] = deque(maxlen=EVENT_LOG_LENGTH)
         for name, value in (("poll_ms", poll_ms), ("connect_ms", connect_ms), ("answer_timeout_ms", answer_timeout_ms)):
             if value * 1000 < TICK_US:
                 raise ValueError(f"{name} {value} is less than one tick")
-        self._timetable = Timetable(twist_request(ZERO_TWIST), poll_ms * 1000 // TICK_US, schedule)
+        self._poll_ticks = poll_ms * 1000 // TICK_US
         self._connect_ticks = connect_ms * 1000 // TICK_US
+        self._timetable = Timetable(twist_request(ZERO_TWIST), self._poll_ticks, schedule)
         self._timeout_ticks = answer_timeout_ms * 1000 // TICK_US
         self._decoder = FrameDecoder()
         self._resync: Resync | None = None
         self._outstanding = b""  # the last request, until its OK comes
         self._is_waiting = False
+        self._is_damaged = False  # the last request, as far as the base has said
+        self._damaged_in_a_row = 0
         self._send_tick = 0
         self._connect_tick = 0  # before this tick no handshake is tried
         self._act_tick = 0  # before this tick there is nothing to do but to read
@@ -153,15 +135,20 @@ class SlamwareCore:
             self._give_up_waiting(tick)
         if tick < self._act_tick:
             return b""
+        if self._damaged_in_a_row >= OUT_OF_STEP_AFTER:
+            self.connected = False
+            self._connect_tick = tick
+            self._lose(tick, f"the base called {OUT_OF_STEP_AFTER} requests in a row damaged")
         if self._resync is not None:
             return self._bring_back(tick, False, ())
         request = self._timetable.take(tick) if self.connected else _CONNECT
         if not request:
             self._plan()
             return b""
-        self.requests[request[0]] = self.requests.get(request[0], 0) + 1
+        self.count(self.requests, request[0])
         self._outstanding = request
         self._is_waiting = True
+        self._is_damaged = False
         self._send_tick = tick
         self._act_tick = tick + self._timeout_ticks
         return encode_frame(CONTROL_BUS, request, STANDARD)
@@ -169,20 +156,25 @@ class SlamwareCore:
     def _give_up_waiting(self, tick: int) -> None:
         self._is_waiting = False
         self.timeouts += 1
-        self._log(tick, "timeout", f"no answer to 0x{self._outstanding[0]:02X}")
+        self.log(tick, "timeout", f"no answer to 0x{self._outstanding[0]:02X}")
         self.connected = False
         if self._outstanding == _CONNECT:
             self._connect_tick = self._send_tick + self._connect_ticks
-            self._resync = Resync(tick, self.resyncs)
-            self.resyncs += 1
-            self._log(tick, "lost", "the base does not answer; ending its open frame, if it has one")
+            self._lose(tick, "the base does not answer")
         else:
             self._connect_tick = tick
+
+    def _lose(self, tick: int, why: str) -> None:
+        self.log(tick, "lost", f"{why}; ending its open frame, if it has one")
+        self._resync = Resync(tick, self.resyncs)
+        self.resyncs += 1
+        self._damaged_in_a_row = 0
+        self._act_tick = tick
 
     def _bring_back(self, tick: int, heard: bool, events: Sequence[SlamwareEvent]) -> bytes:
         for event in events:
             if not isinstance(event, SlamwareFrame):
-                self._count_noise(event.length, event.reason, tick)
+                self.refused(event, tick)
             elif self._is_answer(event, tick):  # late, but what the line was waiting for
                 self._resync = None
                 self._plan()
@@ -195,7 +187,7 @@ class SlamwareCore:
         if resync.state != RUNNING:
             self._resync = None
             if resync.state == DONE:
-                self._log(tick, "in step", "SYNC came back")
+                self.log(tick, "in step", "SYNC came back")
                 self._connect_tick = tick + 1
             self._plan()
         return out
@@ -208,29 +200,28 @@ class SlamwareCore:
     def _read(self, events: Sequence[SlamwareEvent], tick: int) -> None:
         for event in events:
             if not isinstance(event, SlamwareFrame):
-                self._count_noise(event.length, event.reason, tick)
+                self.refused(event, tick)
             elif self._is_error(event, tick) or self._is_answer(event, tick):
                 self._is_waiting = False
-                if not self.connected:
-                    self._connect_tick = self._send_tick + self._connect_ticks
                 self._plan()
             else:
                 self.unexpected += 1
-                self._log(tick, "unexpected", f"code 0x{event.code:02X} with {len(event.payload)} bytes")
-
-    def _count_noise(self, length: int, reason: str, tick: int) -> None:
-        self.noise_bytes += length
-        self._log(tick, "noise", f"{length} bytes refused: {reason}")
+                self.log(tick, "unexpected", f"code 0x{event.code:02X} with {len(event.payload)} bytes")
 
     def _is_error(self, frame: SlamwareFrame, tick: int) -> bool:
         """Note an error answer to the outstanding request; False where the frame is something else."""
         if frame.code != ERROR or len(frame.payload) != 2 or not self._outstanding:
             return False
         code = error_from_answer(frame.payload)
-        self.errors[code] = self.errors.get(code, 0) + 1
-        self._log(tick, "error", f"0x{code:04X} to 0x{self._outstanding[0]:02X}: {meaning_of(code)}")
+        self.count(self.errors, code)
+        self.log(tick, "error", f"0x{code:04X} to 0x{self._outstanding[0]:02X}: {meaning_of(code)}")
         if code == bus.NOT_SUPPORTED:
             self._timetable.rest(self._outstanding)
+        # What was damaged on its way is worth another try soon; what was refused is not.
+        is_damaged = code < bus.NOT_SUPPORTED
+        self._connect_tick = self._send_tick + (self._poll_ticks if is_damaged else self._connect_ticks)
+        self._damaged_in_a_row += is_damaged and not self._is_damaged
+        self._is_damaged = self._is_damaged or is_damaged
         return True
 
     def _is_answer(self, frame: SlamwareFrame, tick: int) -> bool:
@@ -240,22 +231,20 @@ class SlamwareCore:
         if kind is None:
             return False
         self._outstanding = b""
-        self.answers[request[0]] = self.answers.get(request[0], 0) + 1
+        self._damaged_in_a_row = 0
+        self.count(self.answers, request[0])
         self.known.take(kind, request, frame.payload)
         if request == _CONNECT and self.known.identity is not None:
             self.connected = True
-            self._log(tick, "connected", self.known.identity.model)
+            self.log(tick, "connected", self.known.identity.model)
             self._timetable.begin(tick, self._send_tick)
         elif kind == (bus.POLL_BASE_CMD, 0) and self.known.base_request is not None:
             asked = self.known.base_request
-            self._log(tick, "asked", f"0x{asked:02X} {bus.BASE_REQUEST_NAMES.get(asked, 'unknown')}")
+            self.log(tick, "asked", f"0x{asked:02X} {bus.BASE_REQUEST_NAMES.get(asked, 'unknown')}")
             self._timetable.add(bytes((bus.POLL_BASE_ANS_CMD,)), first=True)
         elif kind == (bus.HEALTH_MGMT, bus.GET_HEALTH) and self.known.health is not None:
             for index in range(min(self.known.health.number, MOST_FAULTS)):
                 self._timetable.add(fault_request(index))
         elif kind == (bus.HEALTH_MGMT, bus.GET_FAULT):
-            self._log(tick, "fault", fault_in_words(self.known.faults[request[2]].code))
+            self.log(tick, "fault", fault_in_words(self.known.faults[request[2]].code))
         return True
-
-    def _log(self, tick: int, kind: str, detail: str) -> None:
-        self.events.append(CoreEvent(tick, kind, detail))
