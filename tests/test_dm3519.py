@@ -4,17 +4,22 @@ import math
 from dataclasses import replace
 
 import pytest
+from desk import SCENE
 from hypothesis import given
 from hypothesis import strategies as st
 from rig import Rig
 
 from bench.canbus.dm3519 import clear_error
 from bench.canbus.watch import Kind
+from bench.check.fields import fields_of_pair
 from bench.config import ConfigError, Dm3519, load_robot
 from bench.dm3519 import Dm3519Bus, EmulatedDm3519s
+from bench.io.link import Wires
 from bench.loop import simulated
 from bench.motors import emulated_escs, family, motor_bus
 from bench.rc.transmitter import Sticks
+from bench.screen import text
+from bench.screen.wires import wires
 
 ROBOT = load_robot("dm3519")
 THREE_AMPERES = (0x200, bytes.fromhex("099A099A099A099A"))  # 2458 counts of 20 A / 16384
@@ -169,6 +174,31 @@ def test_after_a_dead_bus_the_next_start_wakes_the_motors():
     assert min(map(abs, bench.world.plant.currents_a)) > 0.1
     sent = [frame for out in rig.outputs for frame in out.can_commands if frame[0] == 0x7FF]
     assert sent == [clear_error(number) for number in (1, 2, 3, 4)]
+
+
+# --- what people see ----------------------------------------------------------------------------------------------
+
+
+def test_the_dashboard_shows_milliamperes_of_either_scale():
+    command, report = (0x200, bytes.fromhex("099A F666 0000 0000")), (0x201, bytes.fromhex("10E1 1DB0 0334 1901"))
+    for full_scale, asked, had in ((20.0, 3000, 1001), (20.5, 3076, 1026)):
+        scene = replace(SCENE, robot=robot(full_scale_a=full_scale), wires=Wires(None, (7, (command,)), (7, (report,))))
+        lines = [text.plain(line) for line in wires(scene, 120, 5)]
+        assert f"200 +{asked} -{asked}    +0    +0 mA" in lines[1]
+        assert f"201 4321 cnt  +7600 rpm +{had} mA" in lines[2]
+
+
+def test_the_dashboard_shows_a_clear_frame_as_bytes():
+    scene = replace(SCENE, robot=ROBOT, wires=Wires(None, (7, (clear_error(3),))))
+    assert "7FF 03 00 55 3C 00 00 00 00" in text.plain(wires(scene, 120, 5)[1])
+
+
+def test_a_difference_is_named_by_the_robots_own_fields():
+    before, after = bytes.fromhex("10E1 1DB0 0334 1901"), bytes.fromhex("10E1 1DB0 0333 190D")
+    expected, got = fields_of_pair("can 0x201", before, after, (), family(ROBOT))
+    differing = {name: (expected[name], got[name]) for name in expected if expected[name] != got[name]}
+    assert differing == {"current_raw": (820, 819), "error": (1, 13), "error_name": ("on", "link lost")}
+    assert fields_of_pair("can 0x201", before, after, ())[0]["byte 7"] == "0x01", "to a C610 it is bytes"
 
 
 # --- the robot file --------------------------------------------------------------------------------------------------
