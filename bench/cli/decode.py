@@ -96,15 +96,15 @@ def _rc_fact(protocol: str, event: RcEvent) -> dict[str, Any]:
 
 
 def _slamware(pieces: Iterable[bytes]) -> Iterator[dict[str, Any]]:
-    from bench.slamware.describe import describe
+    from bench.slamware.describe import Conversation
     from bench.slamware.framing import FrameDecoder
 
-    decoder = FrameDecoder()
+    decoder, conversation = FrameDecoder(), Conversation()
     for data in pieces:
         for event in decoder.feed(data):
-            yield describe(event)
+            yield conversation.describe(event)
     for event in decoder.finish():
-        yield describe(event)
+        yield conversation.describe(event)
 
 
 def _can(protocol: str, path: Path, robot: str | None) -> Iterator[dict[str, Any]]:
