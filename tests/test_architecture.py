@@ -32,7 +32,8 @@ FOUNDATION = {"bench.messages", "bench.config", "bench.errors"}
 BUILDS_ON = {
     "errors.py": set(),
     "messages.py": set(),
-    "config.py": {
+    "config/checks.py": {
+        "bench.config",
         "bench.errors",
         "bench.fittings",
         "bench.kinematics",

@@ -1,0 +1,69 @@
+"""Robots and transmitters as data: TOML files in, validated frozen values out.
+
+Every geometry, limit, gain and timeout of the bench is a named number in a robot file (`bench/robots/*.toml`, or the
+user's own); every transmitter is a profile (`bench/profiles/*.toml`, or the user's own). A file that cannot be right is
+refused here, with one sentence that names file, key and the nearest valid choice, so that nothing behind this door has
+to check again. Degrees exist only in the files; from here on angles are radians.
+
+    values   what a robot and a transmitter are          table    one TOML table, every refusal with file and key
+    files    where they lie, tables -> values            checks   whether the whole can be
+"""
+
+from bench.config.files import (
+    PROFILES_DIR,
+    ROBOTS_DIR,
+    load_profile,
+    load_robot,
+    profile_names,
+    profile_path,
+    robot_names,
+    robot_path,
+)
+from bench.config.table import ConfigError, Table, nearest, read_toml
+from bench.config.values import (
+    PROTOCOLS,
+    SLAMWARE_CHOICES,
+    Axis,
+    Body,
+    Button,
+    Control,
+    Dm3519,
+    Ground,
+    Limits,
+    LinkLimits,
+    Motor,
+    Profile,
+    Robot,
+    SlamwareSettings,
+    Wheel,
+)
+
+__all__ = [
+    "PROFILES_DIR",
+    "PROTOCOLS",
+    "ROBOTS_DIR",
+    "SLAMWARE_CHOICES",
+    "Axis",
+    "Body",
+    "Button",
+    "ConfigError",
+    "Control",
+    "Dm3519",
+    "Ground",
+    "Limits",
+    "LinkLimits",
+    "Motor",
+    "Profile",
+    "Robot",
+    "SlamwareSettings",
+    "Table",
+    "Wheel",
+    "load_profile",
+    "load_robot",
+    "nearest",
+    "profile_names",
+    "profile_path",
+    "read_toml",
+    "robot_names",
+    "robot_path",
+]

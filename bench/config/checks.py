@@ -1,0 +1,113 @@
+"""What no value shows by itself: whether a whole robot, or a whole profile, can be."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+from bench.config.table import ConfigError, nearest
+from bench.config.values import MOTOR_KINDS, ON_COMMAND_LOSS, PROTOCOLS, SLAMWARE_CHOICES, Profile, Robot
+
+MOST_BINARY_CONFIGURATION_BYTES = 1019
+"""In a long frame that a core's buffer of 1024 bytes takes."""
+
+_MAY_BE_ZERO = {"rolling", "coulomb_nm", "load_friction", "current_lag_ms", "speed_filter_ms", "ki_a_per_rad"}
+_MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
+
+
+def check_robot(path: Path, robot: Robot) -> None:
+    """Raise ConfigError where this robot cannot be built, stand, move or be driven."""
+    # Imported here: kinematics builds on this package, and only a whole robot can be singular.
+    from bench.kinematics import Kinematics
+    from bench.loads import load_rows
+    from bench.slamware.payloads import Identity, identity_answer
+
+    def fail(key: str, what: str) -> ConfigError:
+        return ConfigError(f"{path}: {key}: {what}")
+
+    for table in ("body", "ground", "motor", "limits", "control", "link", "slamware"):
+        part = getattr(robot, table)
+        for item in fields(part):
+            value = getattr(part, item.name)
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                continue
+            if value < 0 or (value == 0 and item.name not in _MAY_BE_ZERO):
+                raise fail(f"{table}.{item.name}", f"expected a positive number, got {value}")
+    if len(robot.wheels) < 3:
+        raise fail("wheel", f"an omni base needs at least three wheels, got {len(robot.wheels)}")
+    for key in ("can_id", "name"):
+        seen = [getattr(wheel, key) for wheel in robot.wheels]
+        twice = [value for value in seen if seen.count(value) > 1]
+        if twice:
+            raise fail(f"wheel.{key}", f"{twice[0]!r} is given to more than one wheel")
+    if robot.motor.kind not in MOTOR_KINDS:
+        raise fail("motor.kind", f"{robot.motor.kind!r} is unknown{nearest(robot.motor.kind, list(MOTOR_KINDS))}")
+    reactions = ON_COMMAND_LOSS[robot.motor.kind]
+    if robot.motor.on_command_loss not in reactions:
+        known = " or ".join(map(repr, reactions))
+        raise fail("motor.on_command_loss", f"expected {known}, got {robot.motor.on_command_loss!r}")
+    if robot.motor.load_friction >= 1.0:
+        raise fail("motor.load_friction", f"expected less than 1, got {robot.motor.load_friction}")
+    if robot.limits.current_a > robot.motor.max_current_a:
+        raise fail("limits.current_a", f"{robot.limits.current_a} A is above motor.max_current_a")
+    if robot.link.hold_ms >= robot.link.disarm_ms:
+        raise fail("link.hold_ms", f"{robot.link.hold_ms} ms must be less than link.disarm_ms")
+    try:
+        Kinematics(robot.wheels)
+        load_rows(robot.wheels, robot.body.mass_kg, robot.body.cog_height_m)
+    except ValueError as error:
+        raise fail("wheel", str(error)) from None
+    said = robot.slamware
+    for key, choices in SLAMWARE_CHOICES.items():
+        chosen = getattr(said, key)
+        if chosen not in choices:
+            raise fail(f"slamware.{key}", f"{chosen!r} is unknown{nearest(chosen, list(choices))}")
+    try:
+        identity = Identity(
+            said.model, said.firmware_version, said.hardware_version, said.serial_number, said.firmware_suffix
+        )
+        identity_answer(identity)
+    except ValueError as error:
+        raise fail("slamware", str(error)) from None
+    try:
+        blob = bytes.fromhex(said.binary_configuration)
+    except ValueError:
+        raise fail("slamware.binary_configuration", "expected pairs of hexadecimal digits") from None
+    if len(blob) > MOST_BINARY_CONFIGURATION_BYTES:
+        most = MOST_BINARY_CONFIGURATION_BYTES
+        raise fail("slamware.binary_configuration", f"expected at most {most} bytes, got {len(blob)}")
+
+
+def check_profile(path: Path, profile: Profile) -> None:
+    """Raise ConfigError where this profile cannot be a transmitter's."""
+
+    def fail(key: str, what: str) -> ConfigError:
+        return ConfigError(f"{path}: {key}: {what}")
+
+    if profile.protocol not in PROTOCOLS:
+        raise fail("protocol", f"{profile.protocol!r} is unknown{nearest(profile.protocol, list(PROTOCOLS))}")
+    if profile.arming not in ("switch", "on_link"):
+        raise fail("arming", f"expected 'switch' or 'on_link', got {profile.arming!r}")
+    if profile.arming == "switch" and profile.aux1 is None:
+        raise fail("aux1", "the table [aux1] is missing; arming = 'switch' needs a switch to arm with")
+    if not 0.0 <= profile.dead_band < 1.0:
+        raise fail("dead_band", f"expected 0 to less than 1, got {profile.dead_band}")
+    if not 0.0 <= profile.expo <= 1.0:
+        raise fail("expo", f"expected 0 to 1, got {profile.expo}")
+    if profile.period_ms < 1:
+        raise fail("period_ms", f"expected at least 1, got {profile.period_ms}")
+    if profile.max_travel and profile.max_travel <= 1.0:
+        raise fail("max_travel", f"expected 0 (off) or more than 1 (full travel), got {profile.max_travel}")
+    if profile.frozen_ms < 0:
+        raise fail("frozen_ms", f"expected 0 (off) or more, got {profile.frozen_ms}")
+    for name in ("forward", "right", "clockwise"):
+        if getattr(profile, name).travel <= 0:
+            raise fail(f"{name}.travel", "expected a positive number; use reversed = true to turn a stick round")
+    # Imported here: the codecs build on this package's neighbours, and only a whole profile names channels.
+    from bench.rc_decode import channel_limits
+
+    last = len(channel_limits(profile.protocol)) - 1
+    for name in ("forward", "right", "clockwise", "aux1", "aux2"):
+        part = getattr(profile, name)
+        if part is not None and not 0 <= part.channel <= last:
+            raise fail(f"{name}.channel", f"{profile.protocol} has channels 0 to {last}, got {part.channel}")

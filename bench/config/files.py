@@ -1,0 +1,170 @@
+"""Where robots and profiles lie, and how their tables become values. Degrees end here."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from bench.config.checks import check_profile, check_robot
+from bench.config.table import ConfigError, Table, nearest, read_toml
+from bench.config.values import (
+    DM3519_CHOICES,
+    Axis,
+    Body,
+    Button,
+    Control,
+    Dm3519,
+    Ground,
+    Limits,
+    LinkLimits,
+    Motor,
+    Profile,
+    Robot,
+    SlamwareSettings,
+    Wheel,
+)
+from bench.fittings import read_fittings
+
+ROBOTS_DIR = Path(__file__).parents[1] / "robots"
+PROFILES_DIR = Path(__file__).parents[1] / "profiles"
+
+
+def robot_names() -> list[str]:
+    """Names of the robots that come with wheelbench."""
+    return sorted(path.stem for path in ROBOTS_DIR.glob("*.toml"))
+
+
+def profile_names() -> list[str]:
+    """Names of the transmitter profiles that come with wheelbench."""
+    return sorted(path.stem for path in PROFILES_DIR.glob("*.toml"))
+
+
+def robot_path(name_or_path: str | Path) -> Path:
+    """The file of a robot, given as a name that `wheelbench robots` lists or as a path. Raises ConfigError."""
+    return _find(name_or_path, ROBOTS_DIR, robot_names(), "robot")
+
+
+def profile_path(name_or_path: str | Path) -> Path:
+    """The file of a transmitter profile, given by name or by path. Raises ConfigError."""
+    return _find(name_or_path, PROFILES_DIR, profile_names(), "profile")
+
+
+def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> Robot:
+    """Read and check a robot file; a profile given here takes the place of the file's own.
+
+    Raises ConfigError with file, key and what to try.
+    """
+    path = robot_path(name_or_path)
+    data = Table(path, "", read_toml(path))
+    data.take_schema()
+    motor = data.table("motor").into(Motor)
+    wheels = tuple(_read_wheel(entry) for entry in data.tables("wheel"))
+    body = data.table("body").into(Body)
+    rc = data.get("rc", str, None)
+    if profile is None and rc is not None:
+        profile = _beside(path, rc)
+    robot = Robot(
+        name=data.get("name", str),
+        about=data.get("about", str),
+        wheels=wheels,
+        body=body,
+        ground=data.table("ground").into(Ground),
+        motor=motor,
+        limits=data.table("limits").into(Limits),
+        control=data.table("control").into(Control),
+        link=data.table("link", optional=True).into(LinkLimits),
+        slamware=data.table("slamware", optional=True).into(SlamwareSettings),
+        dm3519=_read_dm3519(data, motor),
+        fittings=read_fittings(data, body.radius_m),
+        rc=load_profile(profile) if profile is not None else None,
+        source=data.get("source", str, ""),
+        assumed=tuple(data.get("assumed", list, [])),
+        file=path,
+    )
+    data.refuse_rest()
+    check_robot(path, robot)
+    return robot
+
+
+def load_profile(name_or_path: str | Path) -> Profile:
+    """Read and check a transmitter profile. Raises ConfigError with file, key and what to try."""
+    path = profile_path(name_or_path)
+    data = Table(path, "", read_toml(path))
+    data.take_schema()
+    sticks = {name: data.table(name).into(Axis) for name in ("forward", "right", "clockwise")}
+    buttons = {name: data.table(name).into(Button) for name in ("aux1", "aux2") if data.has(name)}
+    profile = data.into(Profile, **sticks, **buttons, file=path)
+    check_profile(path, profile)
+    return profile
+
+
+def _find(name_or_path: str | Path, folder: Path, names: list[str], what: str) -> Path:
+    text = str(name_or_path)
+    if text in names:
+        return folder / f"{text}.toml"
+    path = Path(name_or_path)
+    if path.is_dir():
+        raise ConfigError(f"{path}: is a directory; a {what} is a .toml file, or one of: {', '.join(names)}")
+    if path.suffix == ".toml" or path.exists():
+        return path
+    raise ConfigError(f"no {what} is called {text!r}{nearest(text, names)} (or give the path of a .toml file)")
+
+
+def _beside(path: Path, name: str) -> str | Path:
+    """A profile that a robot file names: one of ours, or a file next to the robot's."""
+    return path.parent / name if name.endswith(".toml") else name
+
+
+def _read_dm3519(data: Table, motor: Motor) -> Dm3519 | None:
+    is_given = data.has("dm3519")
+    if motor.kind != "dm3519":
+        if is_given:
+            raise data.fail("dm3519", f"this table is for motor.kind = 'dm3519'; the file has {motor.kind!r}")
+        return None
+    table = data.table("dm3519", optional=True)
+    chosen = table.into(Dm3519)
+    if not 20.0 <= chosen.full_scale_a <= 20.5:
+        raise table.fail("full_scale_a", f"expected 20 to 20.5 A, got {chosen.full_scale_a}")
+    for key, choices in DM3519_CHOICES.items():
+        value = getattr(chosen, key)
+        if value not in choices:
+            raise table.fail(key, f"{value!r} is unknown{nearest(value, list(choices))}")
+    if motor.max_current_a > chosen.full_scale_a:
+        raise data.fail("motor.max_current_a", f"{motor.max_current_a} A is above dm3519.full_scale_a")
+    return chosen
+
+
+def _read_wheel(entry: Table) -> Wheel:
+    """A wheel by (x_m, y_m, heading_deg) or, standing tangentially, by (bearing_deg, distance_m)."""
+    if entry.has("bearing_deg"):
+        bearing_rad = math.radians(entry.get("bearing_deg", float))
+        distance_m = entry.get("distance_m", float)
+        x_m, y_m = distance_m * math.cos(bearing_rad), distance_m * math.sin(bearing_rad)
+        # The counter-clockwise tangent, unless the file says otherwise.
+        heading_rad = math.radians(entry.get("heading_deg", float, math.degrees(bearing_rad) + 90.0))
+    else:
+        x_m, y_m = entry.get("x_m", float), entry.get("y_m", float)
+        heading_rad = math.radians(entry.get("heading_deg", float))
+    wheel = Wheel(
+        name=entry.get("name", str),
+        x_m=x_m,
+        y_m=y_m,
+        heading_rad=heading_rad,
+        radius_m=entry.get("radius_m", float),
+        can_id=entry.get("can_id", int),
+        direction=entry.get("direction", int, 1),
+        roller_rad=math.radians(entry.get("roller_deg", float, 0.0)),
+        gear=entry.get("gear", float, 36.0),
+    )
+    entry.refuse_rest()
+    if wheel.direction not in (1, -1):
+        raise entry.fail("direction", f"expected 1 or -1, got {wheel.direction}")
+    if not 1 <= wheel.can_id <= 8:
+        raise entry.fail("can_id", f"expected 1 to 8 as printed on the ESC, got {wheel.can_id}")
+    if wheel.radius_m <= 0.0:
+        raise entry.fail("radius_m", f"expected a positive number, got {wheel.radius_m}")
+    if wheel.gear <= 0.0:
+        raise entry.fail("gear", f"expected a positive number, got {wheel.gear}")
+    if abs(math.cos(wheel.roller_rad)) < 1e-3:
+        raise entry.fail("roller_deg", "a roller axis across the wheel cannot drive; expected less than 90 degrees")
+    return wheel

@@ -1,0 +1,121 @@
+"""A TOML table with its address: every value is asked for by name and kind, every refusal says which file and key."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from bench.errors import UsageError
+
+
+class ConfigError(UsageError):
+    """A robot, profile or scenario file that cannot be right. The text is one sentence for the user."""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The file's tables. Raises ConfigError where it cannot be read or is not TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not a text file; a TOML file is expected") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from None
+
+
+def nearest(word: str, choices: list[str]) -> str:
+    """'; did you mean X?' or '; known: A, B, C', to end an error sentence with."""
+    close = difflib.get_close_matches(word, choices, n=1)
+    return f"; did you mean {close[0]}?" if close else f"; known: {', '.join(choices)}"
+
+
+_T = TypeVar("_T")
+_KIND_NAMES = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "a list"}
+
+
+class Table:
+    """One TOML table with its address, so that every refusal says which file and which key."""
+
+    def __init__(self, path: Path, where: str, values: Mapping[str, Any]) -> None:
+        self.path = path
+        self.where = where
+        self.values = dict(values)
+        self.known: list[str] = []
+
+    def key(self, name: str) -> str:
+        """The key's full address in the file."""
+        return f"{self.where}.{name}" if self.where else name
+
+    def fail(self, name: str, what: str) -> ConfigError:
+        """The error for one key of this table."""
+        return ConfigError(f"{self.path}: {self.key(name)}: {what}")
+
+    def has(self, name: str) -> bool:
+        """Whether the file gives this key, which is a known one from now on."""
+        self.known.append(name)
+        return name in self.values
+
+    def take_schema(self) -> None:
+        """Refuse a file of another schema."""
+        schema = self.get("schema", int, 1)
+        if schema != 1:
+            raise self.fail("schema", f"expected 1, got {schema}; this file is for another version of wheelbench")
+
+    def get(self, name: str, kind: type, default: Any = MISSING) -> Any:
+        """Take one value out of the table, checked for its kind."""
+        self.known.append(name)
+        if name not in self.values:
+            if default is MISSING:
+                unknown = [key for key in self.values if difflib.get_close_matches(key, [name])]
+                hint = f"; is {unknown[0]} meant to be it?" if unknown else ""
+                raise self.fail(name, f"is missing{hint}")
+            return default
+        value = self.values.pop(name)
+        if kind is float and type(value) is int:
+            value = float(value)
+        if type(value) is not kind:
+            raise self.fail(name, f"expected {_KIND_NAMES[kind]}, got {value!r}")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise self.fail(name, f"expected a finite number, got {value}")
+        return value
+
+    def table(self, name: str, *, optional: bool = False) -> Table:
+        """Take a table out of this one."""
+        self.known.append(name)
+        value = self.values.pop(name, {} if optional else None)
+        if value is None:
+            raise self.fail(name, f"the table [{self.key(name)}] is missing")
+        if not isinstance(value, dict):
+            raise self.fail(name, f"expected a table [{self.key(name)}], got {value!r}")
+        return Table(self.path, self.key(name), value)
+
+    def tables(self, name: str, *, optional: bool = False) -> list[Table]:
+        """Take an array of tables, at least one long unless `optional`."""
+        self.known.append(name)
+        value = self.values.pop(name, [] if optional else None)
+        if not isinstance(value, list) or not (value or optional) or not all(isinstance(e, dict) for e in value):
+            raise self.fail(name, f"expected at least one table [[{self.key(name)}]]")
+        return [Table(self.path, f"{self.key(name)}[{i}]", entry) for i, entry in enumerate(value)]
+
+    def into(self, cls: type[_T], **ready: Any) -> _T:
+        """Fill a dataclass from this table; keys that it does not have are errors."""
+        values = dict(ready)
+        for item in fields(cls):  # type: ignore[arg-type]
+            if item.name in ready or str(item.type).endswith("| None"):
+                continue
+            kind = {"str": str, "int": int, "float": float, "bool": bool}[str(item.type)]
+            values[item.name] = self.get(item.name, kind, item.default)
+        self.refuse_rest()
+        return cls(**values)
+
+    def refuse_rest(self) -> None:
+        """Raise ConfigError where the file has a key that nobody asked for."""
+        for name in self.values:
+            if name not in self.known:
+                raise self.fail(name, f"unknown key{nearest(name, sorted(set(self.known)))}")

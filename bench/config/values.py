@@ -1,0 +1,198 @@
+"""What a robot and a transmitter are: frozen values, SI units and radians. Checked by `checks`, trusted elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bench.fittings import Fittings
+
+PROTOCOLS = ("uart12", "sbus", "dbus", "ibus", "crsf")
+MOTOR_KINDS = ("c610", "dm3519")
+ON_COMMAND_LOSS = {"c610": ("hold", "zero"), "dm3519": ("hold", "zero", "fault")}
+DM3519_CHOICES = {"feedback": ("temperatures", "error"), "clear_error": ("long", "short")}
+SLAMWARE_CHOICES = {
+    "dialect": ("firmware-2018", "firmware-2018-omni", "firmware-2015", "sdk-2020"),
+    "behaviour": ("strict", "as_reference_firmware"),
+    "polls": ("velocity", "full"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """One driven wheel, by the wheel equation of docs/kinematics: where it stands and which way it pushes.
+
+    `heading_rad` is the direction in which the wheel pushes the chassis when it turns positively; `roller_rad` the
+    counter-clockwise angle from there to the axis of the roller on the ground (0 omni, +-pi/4 mecanum). `direction` is
+    +1 or -1: the sign of the motor's wire (current, speed, angle) against the wheel's positive turn.
+    """
+
+    name: str
+    x_m: float
+    y_m: float
+    heading_rad: float
+    radius_m: float
+    can_id: int
+    direction: int = 1
+    roller_rad: float = 0.0
+    gear: float = 36.0
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """The rigid body: a disc in the plane, its centre of gravity above the origin of the wheels."""
+
+    mass_kg: float
+    inertia_kgm2: float
+    radius_m: float
+    cog_height_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """Friction of the wheels on the floor: Coulomb along the roller axis, rolling loss across it."""
+
+    grip: float
+    rolling: float
+
+
+@dataclass(frozen=True, slots=True)
+class Motor:
+    """Motor, gear and speed controller; torques, speeds and inertia as seen at the wheel (output shaft)."""
+
+    kind: str
+    torque_nm_per_a: float
+    coulomb_nm: float
+    viscous_nms: float
+    inertia_kgm2: float
+    resistance_ohm: float
+    back_emf_vs: float
+    supply_v: float
+    max_current_a: float
+    load_friction: float = 0.0
+    current_lag_ms: float = 1.0
+    speed_filter_ms: float = 10.0
+    on_command_loss: str = "hold"
+    command_timeout_ms: int = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Dm3519:
+    """Which of the contradicting sources a robot's DM3519 motors follow. docs/dm3519.md."""
+
+    full_scale_a: float = 20.0
+    """What 16384 counts of current stand for: 20 or 20.5 A."""
+    feedback: str = "temperatures"
+    clear_error: str = "long"
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the controller may ask for. Currents are clamped at the last line before the port."""
+
+    current_a: float
+    linear_mps: float
+    angular_radps: float
+    wheel_radps: float
+    linear_acceleration_mps2: float
+    angular_acceleration_radps2: float
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """Gains of the per-wheel speed loop: amperes per rad/s, amperes per rad; feed-forward from the motor's friction."""
+
+    kp_a_per_radps: float
+    ki_a_per_rad: float
+    feed_forward: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLimits:
+    """After how much silence what happens. docs/links.md draws the states."""
+
+    hold_ms: int = 100
+    disarm_ms: int = 500
+    handover_ms: int = 500
+    core_timeout_ms: int = 1000
+    feedback_timeout_ms: int = 20
+
+
+@dataclass(frozen=True, slots=True)
+class SlamwareSettings:
+    """What the base says of itself on the SLAMWARE control bus, and what the built-in core polls. docs/slamware.md."""
+
+    model: str = "wheelbench"
+    firmware_version: int = 0x0001
+    hardware_version: int = 1
+    serial_number: str = "000000000000000000000000"
+    firmware_suffix: str = ""
+    dialect: str = "firmware-2018"
+    behaviour: str = "strict"
+    binary_configuration: str = ""
+    """Hexadecimal digits of the vendor's configuration tool, to answer 0x21 with; empty: made from the robot file."""
+    poll_ms: int = 50
+    polls: str = "velocity"
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One stick: (raw - middle) / travel, reversed where raw below the middle means forward, right or clockwise."""
+
+    channel: int
+    middle: int
+    travel: float
+    reversed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Button:
+    """One switch: pressed while raw is at least `pressed_from` (or at most, where `reversed`)."""
+
+    channel: int
+    pressed_from: int
+    reversed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A transmitter: which protocol it speaks, which channel is what, and how it arms."""
+
+    name: str
+    protocol: str
+    forward: Axis
+    right: Axis
+    clockwise: Axis
+    aux1: Button | None = None
+    aux2: Button | None = None
+    about: str = ""
+    period_ms: int = 10
+    dead_band: float = 0.05
+    expo: float = 0.0
+    frozen_ms: int = 0
+    max_travel: float = 0.0
+    arming: str = "switch"
+    file: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """Everything that the bench knows about one base. Wheel order is the file's order."""
+
+    name: str
+    about: str
+    wheels: tuple[Wheel, ...]
+    body: Body
+    ground: Ground
+    motor: Motor
+    limits: Limits
+    control: Control
+    link: LinkLimits = field(default_factory=LinkLimits)
+    slamware: SlamwareSettings = field(default_factory=SlamwareSettings)
+    dm3519: Dm3519 | None = None
+    """Set where the motors are of this kind, and only there."""
+    fittings: Fittings = field(default_factory=Fittings)
+    rc: Profile | None = None
+    source: str = ""
+    assumed: tuple[str, ...] = ()
+    file: Path | None = None
