@@ -182,6 +182,13 @@ def test_noise_before_an_answer_is_counted_and_survived():
     assert core.connected
 
 
+def test_an_answer_found_at_the_deadline_does_not_bring_the_next_request_forward():
+    core = connected_core(poll_ms=500)
+    assert sent(core, 2, 1100, {501: b"\x10\xff" + NO_MOTION, 1001: NO_MOTION}) == [(500, HALT), (1000, HALT)]
+    assert core.answers == {0x10: 1, 0x41: 2}
+    assert core.timeouts == 0
+
+
 def test_half_an_answer_from_before_does_not_spoil_the_next():
     core = connected_core()
     sent(core, 2, 300, {60: NO_MOTION[:9], 251: IDENTITY})

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from slamware_vendor import EXCHANGES, LINES, frame
 
 from bench.slamware import Conversation, FrameDecoder, describe, encode_frame, summary
+from bench.slamware.payloads import omni_motor_answer
 
 
 def only_event(data):
@@ -188,6 +189,14 @@ def test_the_tree_of_the_binary_configuration_keeps_its_shape():
     assert base["0x02"] == "Slamtec"
     assert base["0x0A"][0]["0x0B"] == {"symbol": 0x0C}
     assert base["0x0A"][5]["0x0D"]["0x0E"] == pytest.approx(0.044)
+
+
+def test_rims_and_a_tree_with_a_number_that_is_none():
+    rims = encode_frame(2, omni_motor_answer((0.1, -0.2, 0.3), (0.004, 0.0, 0.0)))
+    told = describe(only_event(rims), b"\x31")["decoded"]
+    assert (told["wheel_1_m"], told["wheel_2_m"], told["wheel_4_m"], told["dx_m"]) == (0.1, -0.2, 0.0, 0.004)
+    nan = encode_frame(2, bytes.fromhex("50 01 06 20 00 00 C0 7F"))
+    assert describe(only_event(nan))["decoded"]["tree"] == {"0x06": "nan"}
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.slamware import FrameDecoder, SlamwareBase, SlamwareCore, as_reference_firmware, encode_frame
-from bench.slamware.health import Fault, health_request
+from bench.slamware.health import Fault, clear_request, health_request
 from bench.slamware.payloads import connect_request, event_request
 from bench.slamware.reference_base import reference_facts
 from bench.slamware.schedule import FULL, Poll, Schedule
@@ -284,6 +284,16 @@ def test_requests_of_a_user_leave_once_in_their_order_between_velocities():
         line.core.request(event_request(event))
     with pytest.raises(ValueError, match="64 requests are waiting already"):
         line.core.request(health_request())
+
+
+def test_a_core_clears_a_fault():
+    base = ours()
+    base.health.raise_fault(Fault(0x01040300, "Sonar."))
+    line = Line(base).run(10)
+    line.core.request(clear_request(0x01040300))
+    line.run(10)
+    assert base.health.faults == ()
+    assert line.core.answers[0x90] == 1
 
 
 def test_wheel_speeds_take_the_velocitys_place():

@@ -128,6 +128,7 @@ def test_three_wheels_have_no_speeds_that_disagree(rims_mmps):
     robot = default()
     kinematics = Kinematics(robot.wheels)
     motion = OmniMotion(robot, kinematics, Odometry(kinematics), lambda tick: (0, 0, 0))
+    assert motion.rim_distances_m() == (0.0, 0.0, 0.0), "not counted in this dialect"
     wanted = motion.follow_rims([rim / 1000 for rim in rims_mmps])
     assert wanted.slip_radps == ()
     assert kinematics.wheel_speeds(wanted.twist) == pytest.approx([rim / 27 for rim in rims_mmps], abs=1e-9)

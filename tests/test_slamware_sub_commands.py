@@ -275,6 +275,17 @@ def test_events_are_kept_known_or_not():
     assert len(base.core_events) == 50
 
 
+def test_a_robot_that_has_none_of_it():
+    base = SlamwareBase(reference_facts(), Motion())
+    assert (told(base, "30"), told(base, "3400")) == ("64 00", "03 00")
+    assert told(base, "33") == "ff 03 00 00"
+    assert told(base, "32") == " ".join(["00"] * 64)
+    assert ask(base, "31") == ask(base, "40" + 32 * "0") == NOT_SUPPORTED
+    assert told(base, "41" + 24 * "0") == told(base, "41" + 24 * "0") == " ".join(["00"] * 13)
+    assert base.motion.follow_rims(()) is None
+    assert base.motion.take_second_increment() == (0.0, 0.0, 0.0)
+
+
 # --- health ------------------------------------------------------------------------------------------------------
 
 LOW = "00 01 02 01"

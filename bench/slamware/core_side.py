@@ -142,9 +142,6 @@ class SlamwareCore(Ledger):
         if self._resync is not None:
             return self._bring_back(tick, False, ())
         request = self._timetable.take(tick) if self.connected else _CONNECT
-        if not request:
-            self._plan()
-            return b""
         self.count(self.requests, request[0])
         self._outstanding = request
         self._is_waiting = True

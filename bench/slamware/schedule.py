@@ -98,19 +98,18 @@ class Timetable:
         self._due.pop(request, None)
 
     def take(self, tick: int) -> bytes:
-        """What leaves now; empty where nothing is due."""
-        if tick >= self._velocity_tick:
-            self._velocity_tick = tick + self._poll_ticks
-            return self.velocity
-        if self._waiting:
-            return self._waiting.popleft()
-        for request, due_tick in self._due.items():
-            if tick >= due_tick:
-                # Behind those that are as late: nobody waits for ever.
-                del self._due[request]
-                self._due[request] = tick + self._periods[request]
-                return request
-        return b""
+        """What leaves now, `next_tick` having come."""
+        if tick < self._velocity_tick:
+            if self._waiting:
+                return self._waiting.popleft()
+            for request, due_tick in self._due.items():
+                if tick >= due_tick:
+                    # Behind those that are as late: nobody waits for ever.
+                    del self._due[request]
+                    self._due[request] = tick + self._periods[request]
+                    return request
+        self._velocity_tick = tick + self._poll_ticks
+        return self.velocity
 
     def next_tick(self) -> int:
         """When something leaves next; a tick that has passed means at once."""
