@@ -104,6 +104,23 @@ def test_a_recorded_bus_with_strangers(call):
     assert [text.partition(",")[0] for text in facts["findings"]] == ["0x205 unknown ESC", "0x200 two senders"]
 
 
+def test_times_of_a_log_count_from_its_first_frame(call, tmp_path):
+    log = tmp_path / "late.log"
+    log.write_text("(1700000000.000000) can0 201#0000000000000000\n(1700000002.500000) can0 205#0000000000000000\n")
+    _, out, _ = call("bus", "m2006", "--log", log)
+    assert "2 frames in 2.500 s" in out
+    assert "0x205 unknown ESC, once since 2.500 s" in out
+
+
+def test_the_busiest_tenth_of_a_second_is_found(call, tmp_path):
+    # 100 frames of 125 bits in the first 50 ms, then one a second
+    times = [500 * n for n in range(100)] + [1_000_000 * n for n in range(1, 10)]
+    log = tmp_path / "burst.log"
+    log.write_text("".join(f"({us / 1e6:.6f}) can0 201#0000000000000000\n" for us in times))
+    facts = json.loads(call("bus", "m2006", "--log", log, "--json")[1])
+    assert facts["load_percent"] == {"mean": 0.15, "busiest_100_ms": 12.5}
+
+
 def test_a_recorded_bus_of_our_own(call, tmp_path):
     scenario = tmp_path / "short.toml"
     scenario.write_text('schema = 1\nname = "short"\nseconds = 0.3\n')

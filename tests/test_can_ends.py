@@ -51,6 +51,19 @@ def test_an_esc_whose_id_somebody_else_uses_stops():
     assert [(one.kind, one.can_id) for one in escs.watch.findings] == [(Kind.TWO_SENDERS, 0x202)]
 
 
+def test_only_the_wheel_of_that_esc_stops_however_ids_are_given_out():
+    wheels = tuple(replace(wheel, can_id=can_id) for wheel, can_id in zip(ROBOT.wheels, (3, 1, 2), strict=True))
+    escs = EmulatedEscs(replace(ROBOT, wheels=wheels))
+    escs.receive(0, [(0x201, AT_REST), ONE_AMPERE])
+    assert escs.receive(1, [ONE_AMPERE]) == [-1.0, 0.0, -1.0]
+    assert reports(escs) == [0x203, 0x202]
+
+
+def test_before_anything_is_heard_everything_is_zero():
+    bus = MotorBus(ROBOT)
+    assert (bus.speeds_radps, bus.currents_ma, bus.rotor_rpm) == ([0.0] * 3, [0] * 3, [0] * 3)
+
+
 def test_somebody_elses_feedback_is_none_of_an_escs_business():
     escs = escs_at_one_ampere()
     assert escs.receive(1, [(0x205, AT_REST), (0x123, b"")]) == [-1.0] * 3

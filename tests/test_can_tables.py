@@ -268,6 +268,17 @@ def test_the_dbc_scales_to_units():
     assert (current.minimum, current.maximum, current.unit, current.receivers) == (-10000, 10000, "mA", ["ESC_1"])
 
 
+def test_the_dbc_says_who_sends_and_hears_how_often():
+    database = DATABASES["c610"]
+    everyone = [f"ESC_{number}" for number in range(1, 9)]
+    assert sorted(node.name for node in database.nodes) == ["Controller", *everyone]
+    assert [message.cycle_time for message in database.messages] == [1] * 10 + [None]
+    feedback = database.get_message_by_frame_id(0x208)
+    assert (feedback.senders, feedback.receivers) == (["ESC_8"], {"Controller"})
+    clear = DATABASES["dm3519"].get_message_by_frame_id(0x7FF)
+    assert (clear.senders, clear.receivers, clear.cycle_time) == (["Controller"], set(everyone), None)
+
+
 def test_golden_frames_through_the_dbc():
     for frame in C610:
         said = DATABASES["c610"].decode_message(frame["can_id"], bytes.fromhex(frame["data"]))
