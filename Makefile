@@ -3,10 +3,11 @@
 # Both need Python 3.11 or newer and git; everything is installed into .venv.
 
 VENV   := .venv
+ATTACK := .venv-attack
 PYTHON := $(VENV)/bin/python
 PIP    := $(PYTHON) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench fuzz mutate clean
 
 demo: $(VENV)/.run
 	@$(VENV)/bin/wheelbench demo
@@ -20,8 +21,16 @@ lint: $(VENV)/.dev
 bench: $(VENV)/.dev
 	@$(PYTHON) scripts/benchmark.py
 
+# About an hour: 100 MB of noise for every decoder, then ten minutes of atheris for each. See docs/attack.md.
+fuzz: $(ATTACK)/.stamp
+	@$(ATTACK)/bin/python scripts/noise.py --mb 100 && $(ATTACK)/bin/python scripts/fuzz.py --seconds 600 --jobs 2
+
+# About an hour: every mutant of the codecs and the link machine. See docs/attack.md.
+mutate: $(VENV)/.dev
+	@$(PYTHON) scripts/mutate.py
+
 clean:
-	rm -rf $(VENV)
+	rm -rf $(VENV) $(ATTACK)
 
 $(VENV)/bin/python:
 	@found=; for python in python3 python3.14 python3.13 python3.12 python3.11; do \
@@ -36,3 +45,9 @@ $(VENV)/.run: pyproject.toml | $(VENV)/bin/python
 $(VENV)/.dev: pyproject.toml | $(VENV)/bin/python
 	@echo "installing wheelbench and its development tools into $(VENV) ..." >&2
 	@$(PIP) -e '.[dev]' && touch $@ $(VENV)/.run
+
+# Atheris changes what it runs, so it lives beside the bench's own environment and not in it.
+$(ATTACK)/.stamp: pyproject.toml | $(VENV)/bin/python
+	@echo "installing wheelbench and atheris into $(ATTACK) ..." >&2
+	@$(PYTHON) -m venv $(ATTACK)
+	@$(ATTACK)/bin/python -m pip install --quiet --disable-pip-version-check -e '.[attack]' && touch $@

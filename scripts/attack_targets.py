@@ -35,6 +35,8 @@ from bench.slamware.senses import Motion
 HEAD = 8
 MOST_WAITING = {"uart12": 12, "sbus": 50, "crsf": 90, "ibus": 32, "dbus": 72}
 """Bytes that an RC decoder may hold back: what it must see to judge the first of them."""
+MOST_BUILT = 2000
+"""A script ends here, so that one input does not take as long as a hundred."""
 FACTS = reference_facts()
 STATES = {NEVER_SEEN, LIVE, DEGRADED, HOLD, NEUTRAL, LOST}
 
@@ -51,7 +53,7 @@ class Four(Motion):
 def built(script: bytes, frame: Callable[[bytes], bytes]) -> bytes:
     """A line from a script: runs of raw bytes, whole frames, frames with a byte lost, changed, doubled or swallowed."""
     out, at, last = bytearray(), 0, b""
-    while at < len(script):
+    while at < len(script) and len(out) < MOST_BUILT:
         what, how = script[at] & 7, script[at] >> 3
         at += 1
         if what < 2:

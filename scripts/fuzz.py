@@ -74,8 +74,8 @@ def run(name: str, seconds: int, corpus: Path, findings: Path) -> Outcome:
     for number, seed in enumerate(attack_targets.seeds(name)):
         (folder / f"seed-{number:02d}").write_bytes(seed)
     command = [sys.executable, __file__, "--child", name, "--"]
-    command += [f"-max_total_time={seconds}", f"-max_len={MAX_INPUT_BYTES}", "-print_final_stats=1", "-timeout=20"]
-    command += ["-rss_limit_mb=1024", f"-artifact_prefix={findings}/{name}-", str(folder)]
+    command += [f"-max_total_time={seconds}", f"-max_len={MAX_INPUT_BYTES}", "-print_final_stats=1", "-timeout=60"]
+    command += ["-rss_limit_mb=1024", "-report_slow_units=60", f"-artifact_prefix={findings}/{name}-", str(folder)]
     begun = time.monotonic()
     done = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=ROOT)
     took = time.monotonic() - begun

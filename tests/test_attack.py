@@ -1,0 +1,157 @@
+"""Whatever comes in: nothing raises, no byte is lost, cutting never matters, memory stays put; and the attackers work.
+
+The targets are those of `make fuzz`; here Hypothesis drives them, and every finding so far comes again.
+"""
+
+import ast
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
+
+import attack_targets
+import fuzz
+import mutate
+import noise
+
+ROOT = Path(__file__).parents[1]
+FINDINGS = sorted((ROOT / "fixtures" / "known" / "fuzz").glob("*-*"))
+
+
+@pytest.mark.parametrize("name", attack_targets.ORDER)
+@settings(max_examples=40)
+@given(st.binary(min_size=8, max_size=8), st.binary(max_size=120))
+def test_any_bytes_keep_every_promise(name, head, rest):
+    attack_targets.TARGETS[name](head + rest)
+
+
+@pytest.mark.parametrize("name", attack_targets.ORDER)
+def test_the_inputs_that_a_fuzzer_begins_with_keep_every_promise(name):
+    for seed in attack_targets.seeds(name):
+        attack_targets.TARGETS[name](seed)
+
+
+def test_what_was_found_stays_mended(tmp_path):
+    (tmp_path / "crsf-of-this-test").write_bytes(bytes(8) + b"\xc8\x18\x16")
+    for path in [*FINDINGS, tmp_path / "crsf-of-this-test"]:
+        fuzz.replay(path)
+
+
+def traced_kb():
+    return tracemalloc.get_traced_memory()[1] // 1024
+
+
+@pytest.mark.parametrize("name", noise.MAKERS)
+def test_noise_leaves_nothing_behind(name):
+    tracemalloc.start()
+    try:
+        result = noise.run(name, 80_000, traced_kb)
+    finally:
+        tracemalloc.stop()
+    assert noise.is_good(result), result
+    assert result.fed_bytes >= 80_000
+
+
+def test_noise_that_is_kept_is_seen(monkeypatch):
+    kept = []
+
+    def take(piece, tick):
+        kept.append(piece * 50)
+        return len(piece), 0
+
+    monkeypatch.setitem(noise.MAKERS, "keeps all", lambda: take)
+    tracemalloc.start()
+    try:
+        assert not noise.is_good(noise.run("keeps all", 80_000, traced_kb))
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_decoder_that_breaks_a_promise_is_found():
+    class Greedy:
+        """Loses the last byte of what it is given."""
+
+        def __init__(self, inner):
+            self.inner, self.counters = inner, inner.counters
+
+        def feed(self, data, at_us=None):
+            return self.inner.feed(data[:-1])
+
+        def finish(self):
+            return self.inner.finish()
+
+    decoder = Greedy(attack_targets.rc_decode.decoder("crsf"))
+    events = decoder.feed(b"\x01\x02\x03") + decoder.finish()
+    with pytest.raises(AssertionError, match="missing"):
+        attack_targets.check_rc_events("crsf", b"\x01\x02\x03", decoder, events)
+
+
+def script(name, *arguments):
+    return subprocess.run(
+        [sys.executable, str(ROOT / "scripts" / name), *arguments], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.parametrize("name", ["fuzz.py", "mutate.py"])
+def test_what_is_not_known_is_refused_with_what_is(name):
+    done = script(name, "--only", "morse")
+    assert done.returncode == 2
+    assert "sbus" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_both_lists_of_targets_agree():
+    assert set(fuzz.ORDER) == set(attack_targets.ORDER) == set(attack_targets.TARGETS)
+
+
+# --- mutants -------------------------------------------------------------------------------------------------------
+
+SOURCE = '''
+def f(a: int, b=2):
+    """What it does."""
+    if a < b and not a:
+        raise ValueError(f"{a} is less than {b}")
+    return a + 1
+'''
+
+
+def test_a_mutant_is_one_change_of_what_runs():
+    assert [mutant.name for mutant in mutate.mutants(SOURCE)] == [
+        "f: 2 -> 3",
+        "f: 2 -> 1",
+        "f: a < b and (not a) -> a < b or not a",
+        "f: a < b -> a <= b",
+        "f: a < b -> a >= b",
+        "f: not a -> a",
+        "f: return a + 1 -> return None",
+        "f: a + 1 -> a - 1",
+        "f: 1 -> 2",
+        "f: 1 -> 0",
+    ]
+
+
+def test_each_mutant_differs_from_the_original_and_from_the_others():
+    trees = [ast.unparse(mutant.tree) for mutant in mutate.mutants(SOURCE)]
+    assert len({*trees, ast.unparse(ast.parse(SOURCE))}) == len(trees) + 1
+
+
+def test_every_reason_names_a_mutant_that_exists():
+    reasons = mutate.read_reasons()
+    assert set(reasons) <= set(mutate.TARGETS)
+    for module, whys in reasons.items():
+        names = {mutant.name for mutant in mutate.mutants((ROOT / mutate.TARGETS[module].path).read_text())}
+        assert set(whys) <= names, sorted(set(whys) - names)
+        assert all(len(why) > 20 for why in whys.values())
+
+
+def test_every_module_and_test_file_of_the_mutation_run_exists():
+    for target in mutate.TARGETS.values():
+        assert (ROOT / target.path).is_file()
+        for name in (*target.quick, *target.wide):
+            assert (ROOT / "tests" / f"{name}.py").is_file(), name
