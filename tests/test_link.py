@@ -158,3 +158,27 @@ def test_zeros_on_all_used_channels_say_loss(channels, state):
     link = RcLink(load_profile("crossfire"), LinkLimits())
     assert link.step(0, [RcFrame(0, 26, CROSSFIRE_REST)]) == LIVE
     assert link.step(4, [RcFrame(26, 26, channels)]) == state
+
+
+def test_quality_is_what_the_receiver_last_said():
+    link = live_link()
+    assert link.quality_percent is None
+    link.step(1, [RcLinkStatistics(12, 14, 87, -60, 9)])
+    assert link.quality_percent == 87
+    link.step(2, [RcLinkStatistics(26, 14, 3, -100, 1)])
+    assert link.quality_percent == 3
+
+
+@pytest.mark.parametrize(("forward", "state"), [(2048 + 128, LIVE), (2048 + 129, NEUTRAL), (2048 - 129, NEUTRAL)])
+def test_sticks_at_the_edge_of_the_dead_band_may_rest_for_ever(forward, state):
+    channels = (2048, 2048, forward, 2048, 0, 0)
+    link = live_link(channels, frozen_ms=300, dead_band=0.0625)  # 128 of 2048
+    states = [link.step(tick, [frame(channels)]) for tick in range(1, 302)]
+    assert states[298] == LIVE
+    assert states[-1] == state
+
+
+@pytest.mark.parametrize(("forward", "state"), [(2048 - 1024, LIVE), (2048 - 1025, NEUTRAL), (2048 + 1025, NEUTRAL)])
+def test_the_end_of_the_travel_still_belongs_to_it(forward, state):
+    link = live_link(max_travel=0.5)
+    assert link.step(1, [frame((2048, 2048, forward, 2048, 0, 0))]) == state
