@@ -7,8 +7,8 @@
 Armed, sticks outside the dead-band drive; let go, the twist is zero at once, without a ramp. Sticks at rest for
 `handover_ms` hand over to the SLAMWARE core, if it is alive; touching a stick takes over at once. Rising AUX2 toggles
 field-centric driving (stick forward is field forward; the heading counts from arming). While the link is neutral the
-twist is zero and the wheels brake. A profile with arming = "on_link" is armed while its link is; a robot without RC takes
-the core alone.
+twist is zero and the wheels brake. A profile with arming = "on_link" is armed while its link is; a robot without RC
+takes the core alone.
 """
 
 from __future__ import annotations

@@ -24,13 +24,15 @@ def wires(scene: Scene, width: int, height: int) -> list[Line]:
     last = scene.wires
     room = width - 1 - NAME_WIDTH - AGE_WIDTH - 2 - 1
     now = scene.snapshot.tick - 1
+    # An answer does not say what it answers: the request before it does.
+    asked = getattr(last.core_to_base[1], "payload", b"") if last.core_to_base is not None else b""
     ma_per_raw = 1000.0 / family(scene.robot).raw_per_a
     lines = [
         _line("rc", now, last.rc, lambda data: _rc(scene, data, room)),
         _line("command", now, last.can_commands, lambda frames: _commands(frames, ma_per_raw)),
         _line("feedback", now, last.can_feedback, lambda frames: _feedback(frames, room, ma_per_raw)),
         _line("request", now, last.core_to_base, summary),
-        _line("answer", now, last.base_to_core, summary),
+        _line("answer", now, last.base_to_core, lambda event: summary(event, asked)),
     ]
     if height > len(lines):
         lines.insert(0, [(f" {'wire':{NAME_WIDTH}}{'ago':>{AGE_WIDTH}}  last frame", LABEL)])
