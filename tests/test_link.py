@@ -182,3 +182,9 @@ def test_sticks_at_the_edge_of_the_dead_band_may_rest_for_ever(forward, state):
 def test_the_end_of_the_travel_still_belongs_to_it(forward, state):
     link = live_link(max_travel=0.5)
     assert link.step(1, [frame((2048, 2048, forward, 2048, 0, 0))]) == state
+
+
+def test_a_frame_that_lacks_only_the_last_used_channel_is_refused():
+    link = live_link()
+    assert link.step(1, [frame(MOVED[:5])]) == NEUTRAL
+    assert link.reason == "channels missing"
