@@ -60,7 +60,7 @@ TARGETS = {
     "ibus": Target("bench/rc/ibus.py", RC_QUICK, RC_WIDE),
     "dbus": Target("bench/rc/dbus.py", RC_QUICK, RC_WIDE),
     "framing": Target("bench/rc/framing.py", RC_QUICK, RC_WIDE),
-    "link": Target("bench/link.py", ("test_link",), ("test_drive",)),
+    "link": Target("bench/link.py", ("test_link", "test_link_mutants"), ("test_drive",)),
     "m2006": Target("bench/m2006.py", ("test_m2006",), ("test_can_ends", "test_dm3519", "test_bus_watch")),
     "c610": Target("bench/canbus/c610.py", ("test_m2006", "test_can_docs"), ("test_can_tables", "test_bus_watch")),
     "table": Target("bench/canbus/table.py", ("test_m2006", "test_can_docs"), ("test_can_tables",)),
