@@ -387,7 +387,8 @@ def lines(data: bytes) -> None:
                 tick, wire, content = entry
                 assert tick >= 0
                 assert wire
-                assert name == STATE_CSV or (isinstance(content, bytes) and content)
+                assert isinstance(content, bytes)
+                assert content or name == CAN_LOG, "only a CAN frame may be empty"
     assert EXPECTED
     cell_value(data.decode("utf-8", "replace"))
 
