@@ -37,9 +37,12 @@ class Summary:
     def add(self, out: TickOutput) -> None:
         """Take one tick."""
         self.ticks += 1
-        self.rc_bytes += len(out.rc)
-        self.core_requests += bool(out.core_to_base)
-        self.core_answers += bool(out.base_to_core)
+        if out.rc:
+            self.rc_bytes += len(out.rc)
+        if out.core_to_base:
+            self.core_requests += 1
+        if out.base_to_core:
+            self.core_answers += 1
         self.can_commands += len(out.can_commands)
         self.can_feedback += len(out.can_feedback)
         if out.state is not None:
