@@ -46,6 +46,8 @@ class RcFrame(NamedTuple):
     """Raw wire values in wire order (uart12: its four sticks and two buttons)."""
     failsafe: bool = False
     frame_lost: bool = False
+    digital: tuple[bool, ...] = ()
+    """SBUS: channels 16 and 17, which are only on or off (its makers count from 1: ch17, ch18). Else empty."""
 
 
 class RcNoise(NamedTuple):

@@ -29,7 +29,7 @@ class _Codec(NamedTuple):
 
 _CODECS = {
     "uart12": _Codec(uart12.Uart12Decoder, uart12.encode, uart12.LIMITS),
-    "sbus": _Codec(sbus.SbusDecoder, sbus.encode, ELEVEN_BIT_LIMITS, ("failsafe", "frame_lost")),
+    "sbus": _Codec(sbus.SbusDecoder, sbus.encode, ELEVEN_BIT_LIMITS, ("failsafe", "frame_lost", "digital")),
     "crsf": _Codec(crsf.CrsfDecoder, crsf.encode, ELEVEN_BIT_LIMITS),
     "ibus": _Codec(ibus.IbusDecoder, ibus.encode, ibus.LIMITS, ("failsafe",)),
     "dbus": _Codec(dbus.DbusDecoder, dbus.encode, dbus.LIMITS),
@@ -47,19 +47,25 @@ def channel_limits(protocol: str) -> tuple[tuple[int, int], ...]:
     return _codec(protocol).limits
 
 
-def encode(protocol: str, channels: Sequence[int], failsafe: bool = False, frame_lost: bool = False) -> bytes:
-    """One frame from raw wire values in wire order.
+def encode(
+    protocol: str,
+    channels: Sequence[int],
+    failsafe: bool = False,
+    frame_lost: bool = False,
+    digital: Sequence[bool] = (),
+) -> bytes:
+    """One frame from raw wire values in wire order; `digital` as in `RcFrame`.
 
     Raises ValueError for an unknown protocol, a wrong number of channels, a value outside of its range, and for a flag
     that the protocol cannot carry.
     """
     codec = _codec(protocol)
-    flags = {}
-    for name, value in (("failsafe", failsafe), ("frame_lost", frame_lost)):
+    flags: dict[str, bool | Sequence[bool]] = {}
+    for name, value in (("failsafe", failsafe), ("frame_lost", frame_lost), ("digital", digital)):
         if name in codec.flags:
             flags[name] = value
         elif value:
-            raise ValueError(f"{protocol} frames cannot say {name}; the link shows loss in another way")
+            raise ValueError(f"{protocol} frames cannot say {name}")
     return codec.encode(channels, **flags)
 
 

@@ -111,7 +111,12 @@ def rc_frame(protocol: str) -> Callable[[bytes], bytes]:
         if protocol == "sbus" and seed[0] & 1:
             footer = sorted(sbus.FOOTERS)[seed[1] % 5]
             answers = b"".join(bytes((0x03 | slot << 3 & 0xFF, seed[2], seed[3])) for slot in range(seed[4] % 10))
-            return sbus.encode(channels, other_flags=seed[5] & 0xF3, footer=footer) + answers
+            return (
+                sbus.encode(
+                    channels, digital=(bool(seed[5] & 1), bool(seed[5] & 2)), upper_flags=seed[5] >> 4, footer=footer
+                )
+                + answers
+            )
         return rc_decode.encode(protocol, channels, **{flag: bool(seed[i] & 2) for i, flag in enumerate(flags)})
 
     return build
@@ -121,7 +126,7 @@ def wire_of(protocol: str, frame: RcFrame, raw: bytes) -> bytes | None:
     """The bytes that our encoder makes of a decoded frame; None where the protocol says more than a frame holds."""
     if protocol == "sbus":
         flags = {"failsafe": frame.failsafe, "frame_lost": frame.frame_lost}
-        return sbus.encode(frame.channels, other_flags=raw[23] & 0xF3, footer=raw[24], **flags)
+        return sbus.encode(frame.channels, digital=frame.digital, upper_flags=raw[23] >> 4, footer=raw[24], **flags)
     if protocol == "crsf":
         return crsf.encode(frame.channels, address=raw[0])
     if protocol == "ibus" and any(byte > 0x0F for byte in raw[3:30:2]):

@@ -146,6 +146,17 @@ def frames_of(events: list[Any], channels: int | None = None) -> list[tuple[int,
     return [(e.offset, e.channels[:channels], e.failsafe, e.frame_lost) for e in events if isinstance(e, RcFrame)]
 
 
+def sbus_frame(
+    offset: int,
+    channels: Sequence[int],
+    failsafe: bool = False,
+    frame_lost: bool = False,
+    digital: Any = (False, False),
+) -> RcFrame:
+    """An SBUS frame; both digital channels are off where nothing is said."""
+    return RcFrame(offset, 25, tuple(channels), failsafe, frame_lost, digital)
+
+
 def statistics_of(events: list[Any]) -> list[tuple[int, int, int]]:
     return [(e.offset, e.uplink_quality_percent, e.uplink_rssi_dbm) for e in events if isinstance(e, RcLinkStatistics)]
 

@@ -104,6 +104,16 @@ def test_decode_a_capture(call):
     assert call("decode", "uart12", DRIVE, "--json", "--chunk", "7", "--no-times")[1] == out
 
 
+@pytest.mark.parametrize(("flags", "ch17", "ch18"), [(0x00, False, False), (0x01, True, False), (0x02, False, True)])
+def test_decode_says_the_digital_channels_of_sbus(call, tmp_path, flags, ch17, ch18):
+    """Flag bit 0 is what its makers call channel 17, bit 1 channel 18."""
+    stream = tmp_path / "one.bin"
+    stream.write_bytes(b"\x0f" + bytes(22) + bytes((flags, 0x00)))
+    status, out, _ = call("decode", "sbus", stream, "--json")
+    assert status == 0
+    assert json.loads(out)["flags"] == {"failsafe": False, "frame_lost": False, "ch17": ch17, "ch18": ch18}
+
+
 def test_decode_people_can_read(call, tmp_path):
     stream = tmp_path / "junk.bin"
     stream.write_bytes(b"\x01\x02\x03" + bytes.fromhex("AA08000800040C0C00010055"))

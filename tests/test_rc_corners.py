@@ -25,9 +25,9 @@ def test_up_to_eight_sensors_answer_between_two_sbus2_frames(footer, count):
     answers = b"".join(bytes((slot, 0x0F, 0x2E)) for slot in slots)
     data = sbus2(footer) + answers + sbus2(footer)
     expected = [
-        RcFrame(0, 25, (1024,) * 16),
+        streams.sbus_frame(0, (1024,) * 16),
         *[RcOther(25 + 3 * k, 3, f"slot {k}") for k in range(count)],
-        RcFrame(25 + 3 * count, 25, (1024,) * 16),
+        streams.sbus_frame(25 + 3 * count, (1024,) * 16),
     ]
     streams.check_stream(lambda: rc_decode.decoder("sbus"), data, expected)
 
@@ -38,9 +38,9 @@ def test_a_sensor_may_answer_long_after_the_frame():
     events += decoder.feed(bytes.fromhex("03c02e"), 3000 + 2150 + 360)
     events += decoder.feed(sbus2(0x14), 18000)
     assert events + decoder.finish() == [
-        RcFrame(0, 25, (1024,) * 16),
+        streams.sbus_frame(0, (1024,) * 16),
         RcOther(25, 3, "slot 0"),
-        RcFrame(28, 25, (1024,) * 16),
+        streams.sbus_frame(28, (1024,) * 16),
     ]
 
 
@@ -48,7 +48,7 @@ def test_an_answer_that_lost_a_byte_does_not_take_the_next_frame_along():
     decoder = rc_decode.decoder("sbus")
     events = decoder.feed(sbus2(0x04), 3000)
     events += decoder.feed(bytes.fromhex("03c0") + sbus2(0x14), 18000) + decoder.finish()
-    assert events == [RcFrame(0, 25, (1024,) * 16), RcNoise(25, 2, "cut"), RcFrame(27, 25, (1024,) * 16)]
+    assert events == [streams.sbus_frame(0, (1024,) * 16), RcNoise(25, 2, "cut"), streams.sbus_frame(27, (1024,) * 16)]
 
 
 def test_no_more_than_eight_sensors_answer():
@@ -61,7 +61,7 @@ def test_no_more_than_eight_sensors_answer():
 
 def test_slot_bytes_behind_a_plain_sbus_frame_are_no_answer():
     data = sbus.encode((1024,) * 16) + bytes.fromhex("03c02e") + sbus.encode((1024,) * 16)
-    assert decode("sbus", data) == [RcNoise(0, 28, "successor"), RcFrame(28, 25, (1024,) * 16)]
+    assert decode("sbus", data) == [RcNoise(0, 28, "successor"), streams.sbus_frame(28, (1024,) * 16)]
 
 
 def test_an_sbus_frame_is_believed_when_only_the_header_behind_it_is_missing():

@@ -126,6 +126,8 @@ def test_a_flag_that_the_protocol_cannot_carry_is_refused(protocol):
             rc_decode.encode(protocol, SOME[protocol], failsafe=True)
     with pytest.raises(ValueError, match=f"{protocol} frames cannot say frame_lost"):
         rc_decode.encode(protocol, SOME[protocol], frame_lost=True)
+    with pytest.raises(ValueError, match=f"{protocol} frames cannot say digital"):
+        rc_decode.encode(protocol, SOME[protocol], digital=(True, False))
 
 
 @each_protocol
@@ -140,8 +142,10 @@ def test_channel_limits_are_those_that_the_encoder_takes(protocol):
 
 
 def test_sbus_options_out_of_range_are_refused():
-    with pytest.raises(ValueError, match="other_flags is 0x4"):
-        sbus.encode((0,) * 16, other_flags=0x04)
+    with pytest.raises(ValueError, match="upper_flags is 0x10"):
+        sbus.encode((0,) * 16, upper_flags=0x10)
+    with pytest.raises(ValueError, match="1 digital channels; expected 2"):
+        sbus.encode((0,) * 16, digital=(True,))
     with pytest.raises(ValueError, match="footer is 0x3"):
         sbus.encode((0,) * 16, footer=0x03)
 
@@ -172,16 +176,23 @@ def test_what_is_encoded_is_decoded(protocol, data):
     rows = data.draw(st.lists(CHANNELS[protocol], min_size=1, max_size=4))
     sent = [rc_decode.encode(protocol, row) for row in rows]
     size = len(sent[0])
-    expected = [RcFrame(k * size, size, row) for k, row in enumerate(rows)]
+    digital = (False, False) if protocol == "sbus" else ()
+    expected = [RcFrame(k * size, size, row, digital=digital) for k, row in enumerate(rows)]
     assert streams.check_stream(lambda: rc_decode.decoder(protocol), b"".join(sent), expected)
 
 
 @settings(max_examples=30)
-@given(channels=CHANNELS["sbus"], failsafe=st.booleans(), frame_lost=st.booleans(), digital=st.integers(0, 3))
+@given(
+    channels=CHANNELS["sbus"],
+    failsafe=st.booleans(),
+    frame_lost=st.booleans(),
+    digital=st.tuples(st.booleans(), st.booleans()),
+    upper=st.integers(0, 15),
+)
 @pytest.mark.parametrize("footer", [0x00, 0x04, 0x14, 0x24, 0x34])
-def test_sbus_flags_go_round(channels, failsafe, frame_lost, digital, footer):
-    data = sbus.encode(channels, failsafe, frame_lost, other_flags=digital, footer=footer)
-    assert decode("sbus", data) == [RcFrame(0, 25, channels, failsafe, frame_lost)]
+def test_sbus_flags_go_round(channels, failsafe, frame_lost, digital, upper, footer):
+    data = sbus.encode(channels, failsafe, frame_lost, digital, upper_flags=upper, footer=footer)
+    assert decode("sbus", data) == [streams.sbus_frame(0, channels, failsafe, frame_lost, digital)]
 
 
 @given(quality=st.integers(0, 100), rssi_dbm=st.integers(-255, 0), snr_db=st.integers(-128, 127))
@@ -259,7 +270,7 @@ def test_a_frame_that_proves_itself_is_delivered_with_its_last_byte(protocol):
 
 def test_an_sbus_frame_waits_for_a_header_or_for_silence_longer_than_the_pause():
     data = rc_decode.encode("sbus", (992,) * 16)
-    frame = RcFrame(0, 25, (992,) * 16)
+    frame = streams.sbus_frame(0, (992,) * 16)
 
     decoder = rc_decode.decoder("sbus")
     assert decoder.feed(data) == []
@@ -307,7 +318,7 @@ def test_without_a_time_a_pause_is_neither_seen_nor_invented():
     decoder.feed(data[:10], 0)
     decoder.feed(data[10:20])
     assert decoder.feed(data[20:], 1e9) == []
-    assert decoder.finish() == [RcFrame(0, 25, (992,) * 16)]
+    assert decoder.finish() == [streams.sbus_frame(0, (992,) * 16)]
 
 
 def test_a_gap_as_long_as_the_pause_is_none_and_one_that_is_longer_is():
@@ -326,7 +337,7 @@ def test_times_and_bytes_must_match_in_number():
 def test_times_that_run_backwards_are_no_pause():
     data = rc_decode.encode("sbus", (992,) * 16)
     decoder = rc_decode.decoder("sbus")
-    assert decoder.feed(data, [1e6 - i for i in range(25)]) + decoder.finish() == [RcFrame(0, 25, (992,) * 16)]
+    assert decoder.feed(data, [1e6 - i for i in range(25)]) + decoder.finish() == [streams.sbus_frame(0, (992,) * 16)]
 
 
 @each_protocol

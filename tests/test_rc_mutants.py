@@ -11,9 +11,9 @@ from bench.rc import crsf, sbus
 def test_an_sbus_frame_is_believed_before_one_that_lost_its_header_however_reads_cut_it():
     first, headless, last = (sbus.encode((raw,) * 16) for raw in (1000, 1010, 1020))
     expected = [
-        RcFrame(0, 25, (1000,) * 16),
+        streams.sbus_frame(0, (1000,) * 16),
         RcNoise(25, 24, "header"),
-        RcFrame(49, 25, (1020,) * 16),
+        streams.sbus_frame(49, (1020,) * 16),
     ]
     streams.check_stream(lambda: rc_decode.decoder("sbus"), first + headless[1:] + last, expected)
 

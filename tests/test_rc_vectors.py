@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from streams import KNOWN_RC
+from streams import KNOWN_RC, sbus_frame
 
 from bench import rc_decode
 from bench.messages import RcFrame, RcLinkStatistics, RcNoise, RcOther
@@ -23,12 +23,13 @@ def decode(protocol, data):
 @pytest.mark.parametrize("vector", vectors("sbus"))
 def test_sbus_vector(vector):
     data, expect = bytes.fromhex(vector["hex"]), vector["expect"]
-    frame = RcFrame(0, 25, tuple(expect["channels"]), bool(expect["failsafe"]), bool(expect["frame_lost"]))
+    digital = bool(expect["ch17"]), bool(expect["ch18"])
+    frame = sbus_frame(0, tuple(expect["channels"]), bool(expect["failsafe"]), bool(expect["frame_lost"]), digital)
     assert decode("sbus", data) == [frame]
-    flags = expect["ch17"] | expect["ch18"] << 1 | expect["upper_flag_bits"] << 4
-    assert data == sbus.encode(
-        expect["channels"], frame.failsafe, frame.frame_lost, other_flags=flags, footer=expect["footer"]
-    )
+    options = {"upper_flags": expect["upper_flag_bits"], "footer": expect["footer"]}
+    assert data == sbus.encode(expect["channels"], frame.failsafe, frame.frame_lost, digital, **options)
+    if not any(options.values()):
+        assert data == rc_decode.encode("sbus", expect["channels"], frame.failsafe, frame.frame_lost, digital)
 
 
 @pytest.mark.parametrize("vector", vectors("crsf"))
@@ -117,7 +118,10 @@ def test_an_sbus_frame_decodes_behind_a_zero():
     """As zklapow/sbus publishes its stream."""
     vector = next(v.values[0] for v in vectors("sbus") if v.id == "zklapow-1")
     data = b"\x00" + bytes.fromhex(vector["hex"])
-    assert decode("sbus", data) == [RcNoise(0, 1, "header"), RcFrame(1, 25, tuple(vector["expect"]["channels"]))]
+    assert decode("sbus", data) == [
+        RcNoise(0, 1, "header"),
+        sbus_frame(1, vector["expect"]["channels"], digital=(True, True)),
+    ]
 
 
 # Document 004's frame, with the words of the reference page.

@@ -86,6 +86,7 @@ def _rc_fact(protocol: str, event: RcEvent) -> dict[str, Any]:
     fact: dict[str, Any] = {"event": "other", "protocol": protocol, "offset": event.offset, "length": event.length}
     if isinstance(event, RcFrame):
         flags = {"failsafe": event.failsafe, "frame_lost": event.frame_lost}
+        flags |= dict(zip(("ch17", "ch18"), event.digital, strict=False))  # as their makers call them, counted from 1
         return fact | {"event": "frame", "channels": list(event.channels), "flags": flags}
     if isinstance(event, RcNoise):
         return fact | {"event": "noise", "reason": event.reason}

@@ -127,7 +127,7 @@ class CrsfDecoder(Decoder):
     def _accept(self, buf: bytes, at: int, out: list[RcEvent]) -> int:
         offset, length, kind = self._offset + at, buf[at + 1] + 2, buf[at + 2]
         if kind == CHANNELS:
-            out.append(_new_frame(RcFrame, (offset, length, unpack_channels(buf[at + 3 : at + 25]), False, False)))
+            out.append(_new_frame(RcFrame, (offset, length, unpack_channels(buf[at + 3 : at + 25]), False, False, ())))
             self.counters.frames += 1
         elif kind == LINK_STATISTICS:
             rssi_1, rssi_2, quality, snr_db, antenna, *_ = _LINK.unpack_from(buf, at + 3)

@@ -76,7 +76,7 @@ class DbusDecoder(Decoder):
                 if believed:
                     if self._noise_length:
                         self._end_noise(out)
-                    out.append(_new_frame(RcFrame, (base + at, _LENGTH, values, False, False)))
+                    out.append(_new_frame(RcFrame, (base + at, _LENGTH, values, False, False, ())))
                     self.counters.frames += 1
                     self._frame_end = base + end
                     self._sticks = values[:4]

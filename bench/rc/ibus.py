@@ -82,7 +82,7 @@ class IbusDecoder(Decoder):
         elif max(words) > 0xFFF:
             failsafe = any(word >> 12 == _MARK for word in words)
             words = tuple(word & 0xFFF for word in words)
-        out.append(_new_frame(RcFrame, (offset, _LENGTH, words, failsafe, False)))
+        out.append(_new_frame(RcFrame, (offset, _LENGTH, words, failsafe, False, ())))
         self.counters.frames += 1
         self.counters.failsafe += failsafe
 

@@ -28,6 +28,7 @@ from bench.rc.framing import Decoder, pack_channels, unpack_channels
 HEADER = 0x0F
 FOOTERS = frozenset((0x00, 0x04, 0x14, 0x24, 0x34))
 FRAME_LOST, FAILSAFE = 0x04, 0x08
+_DIGITAL = ((False, False), (True, False), (False, True), (True, True))
 _LENGTH = 25
 _ANSWERS, _ANSWER_LENGTH = 8, 3
 # Of two places that overlap, a shifted one moves most channels by hundreds of counts, the true one a few by tens.
@@ -111,13 +112,14 @@ class SbusDecoder(Decoder):
     def _accept(self, offset: int, channels: tuple[int, ...], flags: int, footer: int, out: list[RcEvent]) -> None:
         counters = self.counters
         counters.frames += 1
+        digital = _DIGITAL[flags & 3]
         if flags & (FAILSAFE | FRAME_LOST):
             failsafe, frame_lost = flags & FAILSAFE != 0, flags & FRAME_LOST != 0
             counters.failsafe += failsafe
             counters.frame_lost += frame_lost
-            out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, failsafe, frame_lost)))
+            out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, failsafe, frame_lost, digital)))
         else:
-            out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, False, False)))
+            out.append(_new_frame(RcFrame, (offset, _LENGTH, channels, False, False, digital)))
         self._expected_at = offset + _LENGTH
         self._last_channels = channels
         if footer:
@@ -173,16 +175,27 @@ def _slot_number(byte: int) -> int:
 
 
 def encode(
-    channels: Sequence[int], failsafe: bool = False, frame_lost: bool = False, *, other_flags: int = 0, footer: int = 0
+    channels: Sequence[int],
+    failsafe: bool = False,
+    frame_lost: bool = False,
+    digital: Sequence[bool] = (),
+    *,
+    upper_flags: int = 0,
+    footer: int = 0,
 ) -> bytes:
     """One frame from 16 channels (0 to 2047). Raises ValueError outside of that.
 
-    `other_flags` holds the rest of the flag byte: bits 0 and 1 for the digital channels, 4 to 7 as they come.
+    `digital` are channels 16 and 17, off where nothing is said; `upper_flags` is the upper half of the flag byte, which
+    nobody has defined.
     """
     packed = pack_channels("sbus", channels)
-    if other_flags & ~0xF3:
-        raise ValueError(f"sbus: other_flags is {other_flags:#x}; expected bits 0, 1 and 4 to 7 only")
+    if len(digital) not in (0, 2):
+        raise ValueError(f"sbus: {len(digital)} digital channels; expected 2, or none to leave them off")
+    if not 0 <= upper_flags <= 0xF:
+        raise ValueError(f"sbus: upper_flags is {upper_flags:#x}; expected 0 to 0xf")
     if footer not in FOOTERS:
         raise ValueError(f"sbus: footer is {footer:#x}; expected one of 0x0, 0x4, 0x14, 0x24, 0x34")
-    flags = other_flags | (FAILSAFE if failsafe else 0) | (FRAME_LOST if frame_lost else 0)
+    flags = upper_flags << 4 | (FAILSAFE if failsafe else 0) | (FRAME_LOST if frame_lost else 0)
+    for bit, is_on in enumerate(digital):
+        flags |= bool(is_on) << bit
     return b"\x0f" + packed + bytes((flags, footer))

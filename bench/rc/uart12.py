@@ -64,7 +64,7 @@ class Uart12Decoder(Decoder):
                     if self._noise_length:
                         self._end_noise(out)
                     channels = (a, b, c, d, aux1, aux2)
-                    out.append(_new_frame(RcFrame, (base + at, _LENGTH, channels, False, False)))
+                    out.append(_new_frame(RcFrame, (base + at, _LENGTH, channels, False, False, ())))
                     self.counters.frames += 1
                     at = end
                     continue
