@@ -4,10 +4,11 @@
 
 VENV   := .venv
 ATTACK := .venv-attack
+VALIDATE := .venv-validate
 PYTHON := $(VENV)/bin/python
 PIP    := $(PYTHON) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint bench fuzz mutate clean
+.PHONY: demo test lint bench fuzz mutate validate clean
 
 demo: $(VENV)/.run
 	@$(VENV)/bin/wheelbench demo
@@ -29,8 +30,12 @@ fuzz: $(ATTACK)/.stamp
 mutate: $(VENV)/.dev
 	@$(PYTHON) scripts/mutate.py
 
+# Two minutes: the plant beside MuJoCo with every roller a body. See docs/plant.md.
+validate: $(VALIDATE)/.stamp
+	@$(VALIDATE)/bin/python scripts/validate.py
+
 clean:
-	rm -rf $(VENV) $(ATTACK)
+	rm -rf $(VENV) $(ATTACK) $(VALIDATE)
 
 $(VENV)/bin/python:
 	@found=; for python in python3 python3.14 python3.13 python3.12 python3.11; do \
@@ -51,3 +56,8 @@ $(ATTACK)/.stamp: pyproject.toml | $(VENV)/bin/python
 	@echo "installing wheelbench and atheris into $(ATTACK) ..." >&2
 	@$(PYTHON) -m venv $(ATTACK)
 	@$(ATTACK)/bin/python -m pip install --quiet --disable-pip-version-check -e '.[attack]' && touch $@
+
+$(VALIDATE)/.stamp: pyproject.toml | $(VENV)/bin/python
+	@echo "installing wheelbench and MuJoCo into $(VALIDATE) ..." >&2
+	@$(PYTHON) -m venv $(VALIDATE)
+	@$(VALIDATE)/bin/python -m pip install --quiet --disable-pip-version-check -e '.[validate]' && touch $@
