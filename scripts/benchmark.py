@@ -5,6 +5,7 @@
     help        `wheelbench --help` against `python -c pass`
     plant       a step of the plant against a bare pymunk step of the same body
     decoders    an RC frame through its decoder
+    peers       the decoders beside other Python packages, in a throw-away environment (scripts/peers.py)
 
 Every round runs every piece once, in shuffled order, and what is compared takes turns in small slices; a figure is the
 median of the rounds. CPU time, unless it says wall. What has a bar is a ratio; microseconds are for orientation, and
@@ -24,6 +25,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from statistics import median
@@ -48,6 +50,7 @@ RC_PART_TICKS = 13_000
 SLICE_TICKS = 250
 PLANT_STEPS, PLANT_SLICE = 4000, 100
 DECODER_FRAMES = 1000
+PEER_FRAMES = 10_000
 HELP_RUNS = 5
 
 Sample = dict[str, float]
@@ -211,12 +214,55 @@ def report_decoders(samples: Sequence[Sample]) -> list[Row]:
     ]
 
 
+def measure_peers(_order: random.Random, share: float = 1.0) -> Sample:
+    """Microseconds a frame by "protocol reader"; nothing where the peers cannot be installed."""
+    import peers
+
+    _, python = _peers_environment()
+    if python is None:
+        return {}
+    rows = peers.measured(python, max(2, round(PEER_FRAMES * share)), 1)
+    return {f"{row['protocol']} {row['reader']}": row["us_per_frame"] for row in rows}
+
+
+def report_peers(samples: Sequence[Sample]) -> list[Row]:
+    """How many times as fast as the fastest package of each protocol."""
+    import peers
+
+    if not all(samples):
+        return [Row("decoders beside other packages", "skipped: they cannot be installed here")]
+    rows = []
+    for name in samples[0]:
+        times_us = [sample[name] for sample in samples]
+        protocol, _, reader = name.partition(" ")
+        rows.append({"protocol": protocol, "reader": reader, "us_per_frame": median(times_us), "times_us": times_us})
+    return [
+        Row(
+            f"times as fast as the fastest package, {result['protocol']} ({result['fastest_peer']})",
+            f"{result['ratio']:.1f}",
+            f"at least {peers.BAR:g}",
+            _verdict(result["holds"]),
+        )
+        for result in peers.verdicts(rows)
+    ]
+
+
+@cache
+def _peers_environment() -> tuple[tempfile.TemporaryDirectory[str], Path | None]:
+    """One environment for all rounds; it goes when this process ends."""
+    import peers
+
+    folder = tempfile.TemporaryDirectory(prefix="wheelbench-peers-")
+    return folder, peers.environment(folder.name)
+
+
 PIECES = {
     "demo": Piece(measure_demo, report_demo),
     "reference": Piece(measure_reference, report_reference),
     "help": Piece(measure_help, report_help),
     "plant": Piece(measure_plant, report_plant),
     "decoders": Piece(measure_decoders, report_decoders),
+    "peers": Piece(measure_peers, report_peers),
 }
 
 

@@ -308,22 +308,38 @@ def logging_off() -> None:
     logging.disable(logging.CRITICAL)
 
 
+def environment(folder: str, with_pip: bool = True) -> Path | None:
+    """Make a virtual environment that has the peers: its interpreter, or None where they cannot be installed."""
+    print("installing the peers into a throw-away environment ...", file=sys.stderr)
+    python = Path(folder) / ("Scripts" if os.name == "nt" else "bin") / "python"
+    pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *PACKAGES]
+    try:
+        venv.create(folder, with_pip=with_pip)
+        subprocess.run(pip, stdout=sys.stderr, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        print(f"the peers cannot be installed here: {' '.join(PACKAGES)}", file=sys.stderr)
+        return None
+    return python
+
+
+def measured(python: Path, frames: int, rounds: int) -> list[dict[str, Any]]:
+    """The rows of every reader of every protocol, from a process of that environment."""
+    command = [str(python), __file__, "--inside", "--frames", str(frames), "--rounds", str(rounds)]
+    done = subprocess.run(
+        command, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, text=True, check=True
+    )
+    rows: list[dict[str, Any]] = json.loads(done.stdout)
+    return rows
+
+
 def outside(args: argparse.Namespace) -> int:
     """Build the environment, measure in it, and print what came out."""
     with tempfile.TemporaryDirectory(prefix="wheelbench-peers-") as folder:
-        print("installing the peers into a throw-away environment ...", file=sys.stderr)
-        venv.create(folder, with_pip=True)
-        python = Path(folder) / ("Scripts" if os.name == "nt" else "bin") / "python"
-        pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *PACKAGES]
-        if subprocess.run(pip, stdout=sys.stderr).returncode:
-            print(f"the peers cannot be installed here: {' '.join(PACKAGES)}", file=sys.stderr)
+        python = environment(folder)
+        if python is None:
             return 3
         print(f"measuring: {args.rounds} rounds of {args.frames} frames ...", file=sys.stderr)
-        command = [str(python), __file__, "--inside", "--frames", str(args.frames), "--rounds", str(args.rounds)]
-        done = subprocess.run(
-            command, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, text=True, check=True
-        )
-    rows = json.loads(done.stdout)
+        rows = measured(python, args.frames, args.rounds)
     results = list(verdicts(rows))
     if args.json:
         print(json.dumps({"rows": rows, "verdicts": results}, indent=1))

@@ -8,6 +8,7 @@ from pathlib import Path
 import can
 import pytest
 
+from bench import rc_decode
 from bench.check.run import from_scenario
 from bench.demo import SCENARIO
 
@@ -15,6 +16,7 @@ pytest.importorskip("cantools", reason="the reference loop of the benchmark need
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
 import benchmark
+import peers
 from reference_loop import LibraryLoop
 
 SHARE = 0.002
@@ -41,7 +43,7 @@ def test_both_loops_put_the_same_frames_on_the_bus(tmp_path):
     assert frames(tmp_path / "libraries.log") == ours
 
 
-@pytest.mark.parametrize("name", benchmark.PIECES)
+@pytest.mark.parametrize("name", [name for name in benchmark.PIECES if name != "peers"])  # it needs a network
 def test_every_piece_measures_and_reports(name):
     piece = benchmark.PIECES[name]
     samples = [piece.measure(random.Random(0), SHARE)]
@@ -70,6 +72,45 @@ def test_the_command_line_loads_nothing_heavy():
 )
 def test_bars(name, sample, verdicts):
     assert [row.verdict for row in benchmark.PIECES[name].report([sample])] == verdicts
+
+
+def of_peers(ours_us, rival_us):
+    return {
+        f"{protocol} {reader}": us
+        for protocol in peers.RANGES
+        for reader, us in (
+            ("slow", 2.0 * rival_us),
+            ("rival", rival_us),
+            ("wheelbench, blocks of 64", ours_us),
+            ("wheelbench, blocks of 4096", ours_us / 2.0),
+        )
+    }
+
+
+@pytest.mark.parametrize(("rival_us", "value", "verdict"), [(13.0, "1.3", "ok"), (12.9, "1.3", "MISSED")])
+def test_the_fastest_package_is_beaten_by_the_slower_of_our_two(rival_us, value, verdict):
+    rows = benchmark.PIECES["peers"].report([of_peers(10.0, rival_us)] * 3)
+    assert [row.figure.rpartition(", ")[2] for row in rows] == [f"{protocol} (rival)" for protocol in peers.RANGES]
+    assert {(row.value, row.bar, row.verdict) for row in rows} == {(value, "at least 1.3", verdict)}
+
+
+def test_packages_that_cannot_be_installed_are_a_line_and_no_failure(monkeypatch, capsys):
+    without_pip = peers.environment
+    monkeypatch.setattr(peers, "environment", lambda folder: without_pip(folder, with_pip=False))
+    benchmark._peers_environment.cache_clear()
+    assert benchmark.main(["--rounds", "2", "--only", "peers"]) == 0
+    benchmark._peers_environment()[0].cleanup()
+    benchmark._peers_environment.cache_clear()
+    out, err = capsys.readouterr()
+    assert "skipped: they cannot be installed here" in out
+    assert err.count("the peers cannot be installed here: rfrx") == 1, "tried once, not in every round"
+
+
+def test_our_readers_beside_the_peers_deliver_every_frame():
+    rows = peers.walking("sbus", 50)
+    frames = [rc_decode.encode("sbus", row) for row in rows]
+    for block in peers.BLOCKS:
+        assert peers.delivered(peers.ours("sbus", block), frames, rows, lose=False) == (50, 50, 0)
 
 
 def test_a_figure_is_the_median_of_the_rounds():
