@@ -19,7 +19,7 @@ from bench.kinematics import Kinematics, desaturate
 from bench.link import RcLink
 from bench.messages import TICK_US, BodyTwist, CanFrame
 from bench.motors import motor_bus
-from bench.slamware.omni_base import OmniMotion, odometry_of, slave_of
+from bench.slamware.omni_base import OmniMotion, counted_odometry_of, slave_of
 
 RC_PAUSE_US = 2000
 """Silence that ends an RC frame. Bytes carry the time of their tick, so two ticks are the least that can be told."""
@@ -45,7 +45,7 @@ class Base:
         self.robot = robot
         self.kinematics = Kinematics(robot.wheels)
         self.motors = motor_bus(robot)
-        self.odometry = odometry_of(robot, self.kinematics)
+        self.odometry = counted_odometry_of(robot, self.kinematics)
         self.controller = SpeedController(robot)
         self.drive = Drive(robot)
         self.slave = slave_of(robot, OmniMotion(robot, self.kinematics, self.odometry, self.motors.silences))

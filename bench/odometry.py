@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from bench.config import Robot
 from bench.kinematics import Kinematics
 from bench.messages import Pose
 
@@ -82,3 +83,12 @@ class Odometry:
         c, s = math.cos(heading0), math.sin(heading0)
         dx, dy = self._x_m - x0, self._y_m - y0
         return c * dx + s * dy, c * dy - s * dx, self._heading_rad - heading0
+
+
+FORMS: dict[str, type[Odometry]] = {"exact": Odometry}
+"""How increments become a pose, by the name that a robot file's `odometry` gives (bench.config.ODOMETRY_FORMS)."""
+
+
+def odometry_of(robot: Robot, kinematics: Kinematics) -> Odometry:
+    """The odometry that a robot's file or a run asks for, over the wheels that `kinematics` is of."""
+    return FORMS[robot.odometry](kinematics)

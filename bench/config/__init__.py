@@ -21,6 +21,7 @@ from bench.config.files import (
 )
 from bench.config.table import ConfigError, Table, nearest, read_toml
 from bench.config.values import (
+    ODOMETRY_FORMS,
     PROTOCOLS,
     SLAMWARE_CHOICES,
     Axis,
@@ -29,6 +30,7 @@ from bench.config.values import (
     Control,
     Dm3519,
     Ground,
+    Gyro,
     Limits,
     LinkLimits,
     Motor,
@@ -39,6 +41,7 @@ from bench.config.values import (
 )
 
 __all__ = [
+    "ODOMETRY_FORMS",
     "PROFILES_DIR",
     "PROTOCOLS",
     "ROBOTS_DIR",
@@ -50,6 +53,7 @@ __all__ = [
     "Control",
     "Dm3519",
     "Ground",
+    "Gyro",
     "Limits",
     "LinkLimits",
     "Motor",

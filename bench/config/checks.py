@@ -6,7 +6,15 @@ from dataclasses import fields
 from pathlib import Path
 
 from bench.config.table import ConfigError, nearest
-from bench.config.values import MOTOR_KINDS, ON_COMMAND_LOSS, PROTOCOLS, SLAMWARE_CHOICES, Profile, Robot
+from bench.config.values import (
+    MOTOR_KINDS,
+    ODOMETRY_FORMS,
+    ON_COMMAND_LOSS,
+    PROTOCOLS,
+    SLAMWARE_CHOICES,
+    Profile,
+    Robot,
+)
 
 MOST_BINARY_CONFIGURATION_BYTES = 1019
 """In a long frame that a core's buffer of 1024 bytes takes."""
@@ -57,6 +65,9 @@ def check_robot(path: Path, robot: Robot) -> None:
         load_rows(robot.wheels, robot.body.mass_kg, robot.body.cog_height_m)
     except ValueError as error:
         raise fail("wheel", str(error)) from None
+    _check_dead_wheels(path, robot)
+    if robot.odometry not in ODOMETRY_FORMS:
+        raise fail("odometry", f"{robot.odometry!r} is unknown{nearest(robot.odometry, list(ODOMETRY_FORMS))}")
     said = robot.slamware
     for key, choices in SLAMWARE_CHOICES.items():
         chosen = getattr(said, key)
@@ -76,6 +87,32 @@ def check_robot(path: Path, robot: Robot) -> None:
     if len(blob) > MOST_BINARY_CONFIGURATION_BYTES:
         most = MOST_BINARY_CONFIGURATION_BYTES
         raise fail("slamware.binary_configuration", f"expected at most {most} bytes, got {len(blob)}")
+
+
+def _check_dead_wheels(path: Path, robot: Robot) -> None:
+    """An encoder answers on 0x200 + can_id as an ESC does, so nobody may have another's number."""
+    from bench.kinematics import Kinematics
+
+    owners = {wheel.can_id: wheel.name for wheel in robot.wheels}
+    names = set(owners.values())
+    for wheel in robot.dead_wheels:
+        if wheel.name in names:
+            raise ConfigError(f"{path}: dead_wheel.name: {wheel.name!r} is given to more than one wheel")
+        if wheel.can_id in owners:
+            raise ConfigError(
+                f"{path}: dead_wheel.can_id: {wheel.can_id} of {wheel.name!r} is taken by {owners[wheel.can_id]!r}; "
+                "wheels and dead wheels share the numbers 1 to 8"
+            )
+        names.add(wheel.name)
+        owners[wheel.can_id] = wheel.name
+    # Fewer than three are read and recorded; odometry needs three that span the plane.
+    if len(robot.dead_wheels) >= 3:
+        try:
+            Kinematics(robot.dead_wheels)
+        except ValueError:
+            raise ConfigError(
+                f"{path}: dead_wheel: cannot tell x, y and yaw apart (singular layout); turn or move one of them"
+            ) from None
 
 
 def check_profile(path: Path, profile: Profile) -> None:

@@ -15,6 +15,7 @@ from bench.config.values import (
     Control,
     Dm3519,
     Ground,
+    Gyro,
     Limits,
     LinkLimits,
     Motor,
@@ -76,6 +77,9 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
         slamware=data.table("slamware", optional=True).into(SlamwareSettings),
         dm3519=_read_dm3519(data, motor),
         fittings=read_fittings(data, body.radius_m),
+        dead_wheels=tuple(_read_dead_wheel(entry) for entry in data.tables("dead_wheel", optional=True)),
+        gyro=_read_gyro(data.table("gyro")) if data.has("gyro") else None,
+        odometry=data.get("odometry", str, "exact"),
         rc=load_profile(profile) if profile is not None else None,
         source=data.get("source", str, ""),
         assumed=tuple(data.get("assumed", list, [])),
@@ -135,6 +139,23 @@ def _read_dm3519(data: Table, motor: Motor) -> Dm3519 | None:
 
 
 def _read_wheel(entry: Table) -> Wheel:
+    """A driven wheel: where it stands, its motor's wire, its rollers and its gear."""
+    wheel = _read_any_wheel(
+        entry,
+        roller_rad=math.radians(entry.get("roller_deg", float, 0.0)),
+        gear=entry.get("gear", float, 36.0),
+    )
+    if abs(math.cos(wheel.roller_rad)) < 1e-3:
+        raise entry.fail("roller_deg", "a roller axis across the wheel cannot drive; expected less than 90 degrees")
+    return wheel
+
+
+def _read_dead_wheel(entry: Table) -> Wheel:
+    """A passive omni wheel with an encoder on its axle; `gear` where the encoder turns faster than the wheel."""
+    return _read_any_wheel(entry, roller_rad=0.0, gear=entry.get("gear", float, 1.0))
+
+
+def _read_any_wheel(entry: Table, *, roller_rad: float, gear: float) -> Wheel:
     """A wheel by (x_m, y_m, heading_deg) or, standing tangentially, by (bearing_deg, distance_m)."""
     if entry.has("bearing_deg"):
         bearing_rad = math.radians(entry.get("bearing_deg", float))
@@ -153,8 +174,8 @@ def _read_wheel(entry: Table) -> Wheel:
         radius_m=entry.get("radius_m", float),
         can_id=entry.get("can_id", int),
         direction=entry.get("direction", int, 1),
-        roller_rad=math.radians(entry.get("roller_deg", float, 0.0)),
-        gear=entry.get("gear", float, 36.0),
+        roller_rad=roller_rad,
+        gear=gear,
     )
     entry.refuse_rest()
     if wheel.direction not in (1, -1):
@@ -165,6 +186,19 @@ def _read_wheel(entry: Table) -> Wheel:
         raise entry.fail("radius_m", f"expected a positive number, got {wheel.radius_m}")
     if wheel.gear <= 0.0:
         raise entry.fail("gear", f"expected a positive number, got {wheel.gear}")
-    if abs(math.cos(wheel.roller_rad)) < 1e-3:
-        raise entry.fail("roller_deg", "a roller axis across the wheel cannot drive; expected less than 90 degrees")
     return wheel
+
+
+def _read_gyro(table: Table) -> Gyro:
+    gyro = Gyro(
+        can_id=table.get("can_id", int),
+        rate_noise_radps=math.radians(table.get("rate_noise_degps", float, 0.0)),
+        bias_radps=math.radians(table.get("bias_degps", float, 0.0)),
+        seed=table.get("seed", int, 0),
+    )
+    table.refuse_rest()
+    if not 1 <= gyro.can_id <= 8:
+        raise table.fail("can_id", f"expected 1 to 8, got {gyro.can_id}")
+    if gyro.rate_noise_radps < 0.0:
+        raise table.fail("rate_noise_degps", "expected 0 or more")
+    return gyro

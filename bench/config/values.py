@@ -11,6 +11,7 @@ PROTOCOLS = ("uart12", "sbus", "dbus", "ibus", "crsf")
 MOTOR_KINDS = ("c610", "dm3519")
 ON_COMMAND_LOSS = {"c610": ("hold", "zero"), "dm3519": ("hold", "zero", "fault")}
 DM3519_CHOICES = {"feedback": ("temperatures", "error"), "clear_error": ("long", "short")}
+ODOMETRY_FORMS = ("exact",)
 SLAMWARE_CHOICES = {
     "dialect": ("firmware-2018", "firmware-2018-omni", "firmware-2015", "sdk-2020"),
     "behaviour": ("strict", "as_reference_firmware"),
@@ -20,11 +21,12 @@ SLAMWARE_CHOICES = {
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """One driven wheel, by the wheel equation of docs/kinematics: where it stands and which way it pushes.
+    """One wheel, driven or passive, by the wheel equation of docs/kinematics: where it stands, which way it pushes.
 
     `heading_rad` is the direction in which the wheel pushes the chassis when it turns positively; `roller_rad` the
     counter-clockwise angle from there to the axis of the roller on the ground (0 omni, +-pi/4 mecanum). `direction` is
-    +1 or -1: the sign of the motor's wire (current, speed, angle) against the wheel's positive turn.
+    +1 or -1: the sign of the motor's wire (current, speed, angle) against the wheel's positive turn. A passive wheel
+    has no motor: what answers on `can_id` is the encoder on its axle, `gear` turns of it for one of the wheel.
     """
 
     name: str
@@ -36,6 +38,18 @@ class Wheel:
     direction: int = 1
     roller_rad: float = 0.0
     gear: float = 36.0
+
+
+@dataclass(frozen=True, slots=True)
+class Gyro:
+    """A yaw-rate sensor that sums its own heading. Without noise and bias it tells the truth. docs/gyro.md."""
+
+    can_id: int
+    """1 to 8: the sensor's number, which its frame's identifier is made of."""
+    rate_noise_radps: float = 0.0
+    """Standard deviation of each sample of the rate, a sample a millisecond."""
+    bias_radps: float = 0.0
+    seed: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +110,8 @@ class Limits:
     wheel_radps: float
     linear_acceleration_mps2: float
     angular_acceleration_radps2: float
+    slip_radps: float = 1.0
+    """Above this slip residual a redundant base is said to slip. docs/odometry.md."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,6 +208,11 @@ class Robot:
     dm3519: Dm3519 | None = None
     """Set where the motors are of this kind, and only there."""
     fittings: Fittings = field(default_factory=Fittings)
+    dead_wheels: tuple[Wheel, ...] = ()
+    """Passive wheels with an encoder each: they turn with the ground, carry nothing and drive nothing."""
+    gyro: Gyro | None = None
+    odometry: str = "exact"
+    """How increments become a pose: one of ODOMETRY_FORMS."""
     rc: Profile | None = None
     source: str = ""
     assumed: tuple[str, ...] = ()

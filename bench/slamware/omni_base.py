@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 
 from bench.config import Robot
 from bench.kinematics import Kinematics
-from bench.odometry import Odometry
+from bench.odometry import Odometry, odometry_of
 from bench.slamware.base_side import SlamwareBase
 from bench.slamware.commands import DIALECTS
 from bench.slamware.facts import facts_of
@@ -42,10 +42,10 @@ class RimOdometry(Odometry):
         self.turned_rad = [turned + more for turned, more in zip(self.turned_rad, increments_rad, strict=True)]
 
 
-def odometry_of(robot: Robot, kinematics: Kinematics) -> Odometry:
+def counted_odometry_of(robot: Robot, kinematics: Kinematics) -> Odometry:
     """The odometry that this robot's dialect needs."""
     tells_rims = DIALECTS[robot.slamware.dialect].motor_data_bytes == OMNI_MOTOR_DATA_BYTES
-    return RimOdometry(kinematics) if tells_rims else Odometry(kinematics)
+    return RimOdometry(kinematics) if tells_rims else odometry_of(robot, kinematics)
 
 
 def slave_of(robot: Robot, motion: Motion) -> SlamwareBase:

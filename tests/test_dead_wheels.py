@@ -1,0 +1,86 @@
+"""Dead wheels and gyro in a robot file: what is read, what is refused."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from bench.config import ODOMETRY_FORMS, ConfigError, Gyro, load_robot
+from bench.odometry import FORMS
+
+ROOT = Path(__file__).parents[1]
+DEAD_WHEELS = "".join(
+    f"""
+[[dead_wheel]]
+name = "{name}"
+bearing_deg = {bearing}
+distance_m = 0.1
+radius_m = 0.025
+can_id = {can_id}
+"""
+    for name, bearing, can_id in (("f", 0.0, 4), ("i", 120.0, 5), ("r", 240.0, 6))
+)
+
+
+def robot_file(tmp_path, more, top=""):
+    text = (ROOT / "bench" / "robots" / "m2006.toml").read_text()
+    path = tmp_path / "my_robot.toml"
+    path.write_text(top + text + more)
+    return path
+
+
+# --- the robot file ----------------------------------------------------------------------------------------------
+
+
+def test_dead_wheels_stand_like_wheels_and_count_at_the_axle(tmp_path):
+    robot = load_robot(robot_file(tmp_path, DEAD_WHEELS + "direction = -1\ngear = 2.5\n"))
+    assert [wheel.name for wheel in robot.dead_wheels] == ["f", "i", "r"]
+    front, _, rear = robot.dead_wheels
+    assert (front.x_m, front.y_m, front.heading_rad) == pytest.approx((0.1, 0.0, math.pi / 2))
+    assert (front.gear, front.direction, front.roller_rad) == (1.0, 1, 0.0)
+    assert (rear.gear, rear.direction) == (2.5, -1)
+    assert len(robot.wheels) == 3, "they are not among the driven ones"
+    assert load_robot("m2006").dead_wheels == ()
+
+
+def test_a_gyro_is_perfect_unless_its_file_says_otherwise(tmp_path):
+    assert load_robot("m2006").gyro is None
+    assert load_robot(robot_file(tmp_path, "[gyro]\ncan_id = 1\n")).gyro == Gyro(1, 0.0, 0.0, 0)
+    gyro = load_robot(
+        robot_file(tmp_path, "[gyro]\ncan_id = 2\nrate_noise_degps = 0.18\nbias_degps = -0.9\nseed = 7\n")
+    ).gyro
+    assert gyro == Gyro(2, math.radians(0.18), math.radians(-0.9), 7)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("can_id = 4", "can_id = 3", "dead_wheel.can_id: 3 of 'f' is taken by 'front left'; wheels and dead wheels"),
+        ("can_id = 5", "can_id = 4", "dead_wheel.can_id: 4 of 'i' is taken by 'f'"),
+        ("can_id = 6", "can_id = 9", "dead_wheel[2].can_id: expected 1 to 8"),
+        ('name = "r"', 'name = "rear"', "dead_wheel.name: 'rear' is given to more than one wheel"),
+        ("bearing_deg = 240.0", "bearing_deg = 0.0", "dead_wheel: cannot tell x, y and yaw apart"),
+        ("radius_m = 0.025", "radius_m = 0.0", "dead_wheel[0].radius_m: expected a positive number"),
+        ("radius_m = 0.025", "radius_m = 0.025\ngear = -1.0", "dead_wheel[0].gear: expected a positive number"),
+        ("radius_m = 0.025", "radius_m = 0.025\nroller_deg = 45.0", "dead_wheel[0].roller_deg: unknown key"),
+        ("can_id = 6", "can_id = 6\n[gyro]\ncan_id = 0", "gyro.can_id: expected 1 to 8"),
+        ("can_id = 6", "can_id = 6\n[gyro]\ncan_id = 1\nrate_noise_degps = -1", "gyro.rate_noise_degps: expected 0"),
+        ("can_id = 6", "can_id = 6\n[gyro]\ncan_id = 1\nbias = 1", "gyro.bias: unknown key; known: bias_degps, can_id"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_file_and_key(tmp_path, old, new, says):
+    assert old in DEAD_WHEELS
+    path = robot_file(tmp_path, DEAD_WHEELS.replace(old, new, 1))
+    with pytest.raises(ConfigError) as refused:
+        load_robot(path)
+    assert str(refused.value).startswith(f"{path}: ")
+    assert says in str(refused.value)
+
+
+def test_an_unknown_form_of_odometry_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="odometry: 'exakt' is unknown; did you mean exact"):
+        load_robot(robot_file(tmp_path, "", top='odometry = "exakt"\n'))
+
+
+def test_every_form_that_a_file_may_name_exists():
+    assert tuple(FORMS) == ODOMETRY_FORMS
