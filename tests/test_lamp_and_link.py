@@ -1,8 +1,11 @@
 """The link that runs a bench for a screen, and the golden's lamp: against the real bench and real recordings."""
 
+import re
+
 import pytest
 from desk import M2006, Granted, a_job
 
+from bench.check.golden import pin, verdict
 from bench.check.reading import Recording
 from bench.check.recording import RecordingError
 from bench.check.run import from_recording
@@ -213,14 +216,57 @@ def test_the_first_difference_is_named_and_stays(recorded, outputs, change, word
     assert lamp.text.endswith("at 1.203 s")
 
 
-def test_rounding_of_another_platform_is_not_a_difference_but_is_told(recorded, outputs):
-    tick = 1200
+def a_milliampere(outputs, tick=1200):
     can_id, data = outputs[tick].can_commands[0]
     first = int.from_bytes(data[:2], "big", signed=True) + 1
     nudged = ((can_id, first.to_bytes(2, "big", signed=True) + data[2:]),)
-    lamp = judged(recorded, [*outputs[:tick], outputs[tick]._replace(can_commands=nudged), *outputs[tick + 1 :]])
-    assert lamp.first is None
-    assert lamp.text.startswith("within tolerances so far: 0x200 current 1")
+    return [*outputs[:tick], outputs[tick]._replace(can_commands=nudged), *outputs[tick + 1 :]]
+
+
+def a_tenth_of_a_millimetre(outputs, tick=1200):
+    row = list(outputs[tick].state)
+    row[1] += 0.000_1
+    return [*outputs[:tick], outputs[tick]._replace(state=tuple(row)), *outputs[tick + 1 :]]
+
+
+@pytest.fixture(scope="module", params=["here", "elsewhere"])
+def golden(request, recorded, tmp_path_factory):
+    """The recording pinned, here or as if on another platform."""
+    directory = tmp_path_factory.mktemp("golden") / request.param
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("CI", raising=False)
+        pin(recorded.directory, directory)
+    if request.param == "elsewhere":
+        path = directory / "golden.toml"
+        path.write_text(re.sub('platform = "[^"]*"', 'platform = "another"', path.read_text()))
+    return Recording.open(directory)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"), [(a_milliampere, "0x200 current 1"), (a_tenth_of_a_millimetre, "state x_m")]
+)
+def test_the_lamp_is_as_exact_as_the_verdict(golden, outputs, tmp_path, change, words):
+    changed = change(outputs)
+    job, _ = a_job()
+    with job.recorder(tmp_path / "run") as recorder:
+        for out in changed:
+            recorder.add(out)
+    found = verdict(Recording.open(tmp_path / "run"), golden.directory)
+    lamp = judged(golden, changed)
+    lamp.finish(len(changed))
+    assert (lamp.first is None) == found.ok == (golden.directory.name == "elsewhere")
+    if lamp.first is not None:
+        assert lamp.first == found.first
+    assert lamp.text.startswith(f"{'differs' if lamp.first else 'within tolerances'}: {words}")
+
+
+def test_a_golden_that_was_changed_lights_no_lamp(recorded, tmp_path, monkeypatch):
+    monkeypatch.delenv("CI", raising=False)
+    pin(recorded.directory, tmp_path / "golden")
+    with open(tmp_path / "golden" / "rc.log", "a") as log:
+        log.write("(1.400000) rc0 > 00\n")
+    with pytest.raises(RecordingError, match=r"rc\.log: is not what was pinned"):
+        GoldenLamp(Recording.open(tmp_path / "golden"))
 
 
 def test_a_run_of_another_length_differs(recorded, outputs):

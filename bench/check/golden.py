@@ -11,6 +11,7 @@ import os
 import platform
 import sys
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -70,9 +71,19 @@ def verdict(run: Recording, golden_dir: Path | str) -> Comparison:
     is not what was pinned.
     """
     golden = Recording.open(golden_dir)
+    tolerances, note = how_exactly(golden)
+    found = compare(run, golden, tolerances)
+    return replace(found, notes=(note, *found.notes)) if note else found
+
+
+def how_exactly(golden: Recording) -> tuple[Mapping[str, float] | None, str]:
+    """What a run that was made here may be off this golden: nothing (None), or tolerances and the note that says why.
+
+    Raises RecordingError where the golden is not what was pinned.
+    """
     path = golden.directory / GOLDEN_TOML
     if not path.exists():
-        return compare(run, golden)
+        return None, ""
     facts = _read_golden_toml(path)
     for name in FILES:
         there = _sha256(golden.content(name)) if (golden.directory / name).exists() else None
@@ -81,11 +92,9 @@ def verdict(run: Recording, golden_dir: Path | str) -> Comparison:
     here = _here()
     elsewhere = [f"{key} {facts.get(key)}" for key, value in here.items() if facts.get(key) != value]
     if not elsewhere:
-        return compare(run, golden)
-    found = compare(run, golden, TOLERANCES)
+        return None, ""
     this = ", ".join(f"{key} {value}" for key, value in here.items())
-    note = f"the golden is from {', '.join(elsewhere)}, this is {this}: compared with tolerances"
-    return replace(found, notes=(note, *found.notes))
+    return TOLERANCES, f"the golden is from {', '.join(elsewhere)}, this is {this}: compared with tolerances"
 
 
 def _here() -> dict[str, str | int | None]:
