@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
 import attack_targets
 import fuzz
+import mutants
 import mutate
 import noise
 
@@ -122,7 +123,7 @@ def f(a: int, b=2):
 
 
 def test_a_mutant_is_one_change_of_what_runs():
-    assert [mutant.name for mutant in mutate.mutants(SOURCE)[1]] == [
+    assert [mutant.name for mutant in mutants.mutants(SOURCE)[1]] == [
         "f: 2 -> 3",
         "f: 2 -> 1",
         "f: a < b and (not a) -> a < b or not a",
@@ -139,17 +140,107 @@ def test_a_mutant_is_one_change_of_what_runs():
 def test_each_mutant_differs_from_the_original_and_from_the_others():
     texts = {ast.unparse(ast.parse(SOURCE))}
     for number in range(10):
-        tree, made = mutate.mutants(SOURCE)
+        tree, made = mutants.mutants(SOURCE)
         made[number].apply()
         texts.add(ast.unparse(tree))
     assert len(texts) == 11
+
+
+def test_a_mutant_knows_its_statement_and_what_runs_on_import():
+    lines = {mutant.name: mutant.line for mutant in mutants.mutants(SOURCE)[1]}
+    assert lines["f: 2 -> 3"] == 0
+    assert lines["f: a < b -> a <= b"] == 4
+    assert lines["f: 1 -> 2"] == 6
+
+
+def test_marks_tell_which_statements_ran():
+    names = {}
+    exec(compile(mutants.marked(SOURCE, "ran"), "here", "exec"), names)
+    seen = []
+    names["ran"] = seen.append
+    assert names["f"](5) == 6
+    assert seen == [4, 6]
+
+
+TRIED = """
+LIMIT = 3
+TABLE = [place * 2 for place in range(LIMIT)]
+
+
+def double(place):
+    return TABLE[place]
+
+
+def wait(left):
+    while left > 0:
+        left -= 1
+    return left
+
+
+def idle(value):
+    return value + 0
+
+
+def unused(value):
+    return -value
+"""
+ITS_TESTS = """
+import tried
+
+
+def test_double():
+    assert [tried.double(place) for place in range(3)] == [0, 2, 4]
+
+
+def test_wait():
+    assert tried.wait(5) == 0
+
+
+def test_idle():
+    assert tried.idle(7) >= 7
+"""
+TRY_IT = """
+import pathlib, sys
+sys.path.insert(0, sys.argv[1])
+import mutant_trial, mutants
+root = pathlib.Path(sys.argv[2])
+mutant_trial.TOOLS = ("pytest", "hypothesis")
+mutant_trial.load_tools(root)
+mutant_trial.TEST_CPU_S = 0
+tree, made = mutants.mutants((root / "tried.py").read_text())
+asked = sys.argv[3:]
+chosen = [number for number, mutant in enumerate(made) if mutant.name in asked]
+trials = mutant_trial.Module(root, "tried.py", ["test_tried"], tree, made).try_all(chosen, 2)
+for number, trial in sorted(trials.items()):
+    print(made[number].name, "|", trial.verdict, "|", trial.by.removeprefix("tests/test_tried.py::"))
+"""
+
+
+BECAME = {
+    "module: 3 -> 2": "killed | test_double",  # a table that is built on import
+    "module: 3 -> 4": "survived | ",
+    "double: return TABLE[place] -> return None": "killed | test_double",
+    "wait: left -= 1 -> left += 1": "hung | ",
+    "idle: value + 0 -> value - 0": "survived | ",
+    "idle: 0 -> -1": "killed | test_idle",
+    "unused: -value -> value": "unreached | ",
+}
+
+
+def test_what_becomes_of_a_mutant(tmp_path):
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "tried.py").write_text(TRIED)
+    (tmp_path / "tests" / "test_tried.py").write_text(ITS_TESTS)
+    command = [sys.executable, "-c", TRY_IT, str(ROOT / "scripts"), str(tmp_path), *BECAME]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert dict(line.split(" | ", 1) for line in done.stdout.splitlines()) == BECAME
 
 
 def test_every_reason_names_a_mutant_that_exists():
     reasons = mutate.read_reasons()
     assert set(reasons) <= set(mutate.TARGETS)
     for module, whys in reasons.items():
-        names = {mutant.name for mutant in mutate.mutants((ROOT / mutate.TARGETS[module].path).read_text())[1]}
+        names = {mutant.name for mutant in mutants.mutants((ROOT / mutate.TARGETS[module].path).read_text())[1]}
         assert set(whys) <= names, sorted(set(whys) - names)
         assert all(len(why) > 20 for why in whys.values())
 
@@ -157,5 +248,5 @@ def test_every_reason_names_a_mutant_that_exists():
 def test_every_module_and_test_file_of_the_mutation_run_exists():
     for target in mutate.TARGETS.values():
         assert (ROOT / target.path).is_file()
-        for name in (*target.quick, *target.wide):
+        for name in target.tests:
             assert (ROOT / "tests" / f"{name}.py").is_file(), name

@@ -1,0 +1,413 @@
+"""Trying mutants: which tests meet one, and does any of them notice?
+
+A test that does not run the changed statement tells nothing about it. So every test is first run once, alone and
+unchanged, and the lines of the module that it runs are noted. Then each mutant meets the tests that run its statement,
+those first that killed most of its neighbours, until one fails; a survivor has met them all.
+
+A statement inside a function is changed in a fork of a process that has all tests loaded: the functions get their new
+code in place. A statement that already runs while things are imported (a constant, a table, what builds them) may have
+left its mark anywhere, so its mutant is imported anew and meets every test of the list.
+
+No file is changed. Nothing is shrunk or explained: the first failure is enough.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import gc
+import importlib
+import importlib.abc
+import importlib.util
+import json
+import os
+import resource
+import select
+import signal
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from types import CodeType, FunctionType
+from typing import Any, NamedTuple, TypeVar
+
+from mutants import Mutant, marked
+
+SURVIVED, UNREACHED, KILLED, HUNG = "survived", "unreached", "killed", "hung"
+ANEW = "anew"
+"""Not yet tried: must be imported anew."""
+MARK = "__ran__"
+TEST_CPU_S = 5
+"""A test that takes longer under a mutant hangs; alone the slowest takes less than two."""
+IMPORT_CPU_S = 20
+FORK_WALL_S = 300
+"""A fork that only waits hangs too."""
+MEMORY_BYTES = 2 << 30
+TOOLS = (
+    "hypothesis.strategies",
+    "pytest",
+    "_pytest.doctest",
+    "can",
+    "cantools",
+    "numpy",
+    "pymunk",
+    "serial",
+    "textual.app",
+)
+"""What tests and bench import from outside, loaded once for all forks."""
+OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "--tb=no")
+OPTIONS += ("-W", "ignore::pytest.PytestAssertRewriteWarning")  # of TOOLS that are plugins too
+
+Piece = TypeVar("Piece")
+
+
+class Trial(NamedTuple):
+    """What became of a mutant."""
+
+    verdict: str
+    by: str = ""
+    """The test that killed it."""
+
+
+# --- forks ---------------------------------------------------------------------------------------------------------
+
+
+class Ended(NamedTuple):
+    """How a fork ended: what it answered, what it raised, or the signal that ended it before it could do either."""
+
+    answer: Any = None
+    raised: str = ""
+    signal: int = 0
+
+    @property
+    def failed(self) -> str:
+        """The verdict on a mutant whose fork gave no answer."""
+        return HUNG if self.signal in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL) else KILLED
+
+
+def forks(jobs: int, pieces: Iterable[Piece], task: Callable[[Piece], object]) -> Iterator[tuple[Piece, Ended]]:
+    """Do each piece of work in a fork of this process, `jobs` at a time; pieces come back as they are done."""
+    waiting, running = iter(pieces), {}
+    while True:
+        while len(running) < jobs:
+            piece = next(waiting, None)
+            if piece is None:
+                break
+            read, write = os.pipe()
+            child = os.fork()
+            if child == 0:
+                _in_fork(write, task, piece)
+            os.close(write)
+            running[read] = (child, piece)
+        if not running:
+            return
+        for read in select.select(list(running), [], [])[0]:
+            child, piece = running.pop(read)
+            with os.fdopen(read) as pipe:
+                text = pipe.read()
+            _, status = os.waitpid(child, 0)
+            if text:
+                yield piece, Ended(*json.loads(text))
+            else:
+                yield piece, Ended(signal=os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0)
+
+
+def _in_fork(write: int, task: Callable[[Piece], object], piece: Piece) -> None:
+    try:
+        sink = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(sink, stream)
+        try:
+            answer, raised = task(piece), ""
+        except BaseException:
+            answer, raised = None, traceback.format_exc()
+        with os.fdopen(write, "wb") as pipe:
+            pipe.write(json.dumps((answer, raised)).encode())
+    finally:
+        os._exit(0)
+
+
+def _limit(cpu_s: int) -> None:
+    """End this process if it takes so much time from now on, waits for ever, or eats the machine's memory."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time()) + 1 + cpu_s, resource.RLIM_INFINITY))
+    signal.alarm(FORK_WALL_S)
+
+
+# --- a mutant's code -----------------------------------------------------------------------------------------------
+
+
+class Only(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Gives one module another code, and names that this code knows besides its own."""
+
+    def __init__(self, name: str, file: str, tree: ast.Module, **names: object) -> None:
+        self.name, self.file, self.names = name, file, names
+        self.code = compile(tree, file, "exec")
+
+    def find_spec(self, name, path=None, target=None):  # type: ignore[no-untyped-def]
+        """The module's own place, so that what it is asked for is found."""
+        if name != self.name:
+            return None
+        return importlib.util.spec_from_file_location(name, self.file, loader=self)
+
+    def exec_module(self, module) -> None:  # type: ignore[no-untyped-def]
+        """Run the other code as the module."""
+        module.__dict__.update(self.names)
+        exec(self.code, module.__dict__)
+
+
+def _codes(code: CodeType) -> Iterator[tuple[tuple[str, int], CodeType]]:
+    """All code inside of a module's, by name and line."""
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield (constant.co_qualname, constant.co_firstlineno), constant
+            yield from _codes(constant)
+
+
+def functions_of(file: str) -> list[FunctionType]:
+    """Every function that was made from this file."""
+    return [one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == file]
+
+
+def put_in_place(functions: Sequence[FunctionType], tree: ast.Module, file: str) -> bool:
+    """Give functions the code of this tree; False where that cannot be done."""
+    codes: dict[tuple[str, int], list[CodeType]] = {}
+    for key, code in _codes(compile(tree, file, "exec")):
+        codes.setdefault(key, []).append(code)
+    for one in functions:
+        now = codes.get((one.__code__.co_qualname, one.__code__.co_firstlineno), [])
+        if one.__code__ in now:
+            continue
+        if len(now) != 1:
+            return False  # two lambdas of one line
+        try:
+            one.__code__ = now[0]
+        except ValueError:  # another number of free variables
+            return False
+    return True
+
+
+# --- tests ---------------------------------------------------------------------------------------------------------
+
+
+class Killers:
+    """Which tests killed how many mutants: the likeliest go first."""
+
+    def __init__(self, seconds: dict[str, float]) -> None:
+        self.seconds = seconds
+        self.all: Counter[str] = Counter()
+        self.near: Counter[tuple[str, str]] = Counter()
+
+    def add(self, mutant: Mutant, test: str) -> None:
+        """This test killed it."""
+        self.all[test] += 1
+        self.near[mutant.function, test] += 1
+
+    def sorted(self, mutant: Mutant, tests: Iterable[str]) -> list[str]:
+        """Those that killed neighbours, those that killed others, those that are quick."""
+        return sorted(
+            tests, key=lambda test: (-self.near[mutant.function, test], -self.all[test], self.seconds.get(test, 0.0))
+        )
+
+
+class Loaded:
+    """A pytest plugin: loads tests as they are, then does something else than running them all."""
+
+    def __init__(self, then: Callable[[Loaded], object]) -> None:
+        self.then = then
+        self.tests: dict[str, Any] = {}
+        self.failed = ""
+
+    def pytest_sessionstart(self) -> None:
+        """After conftest.py, before any test is made."""
+        from hypothesis import HealthCheck, Phase, settings
+
+        settings.register_profile(
+            "mutants",
+            parent=settings(),
+            phases=(Phase.explicit, Phase.generate, Phase.target),
+            report_multiple_bugs=False,
+            suppress_health_check=[HealthCheck.too_slow],
+        )
+        settings.load_profile("mutants")
+
+    def pytest_runtestloop(self, session: Any) -> bool:
+        """Instead of the usual one."""
+        if session.testsfailed:
+            self.failed = "import"
+        else:
+            self.tests = {item.nodeid: item for item in session.items}
+            self.then(self)
+        return True
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        """One part of a test is over."""
+        if report.failed:
+            self.failed = report.nodeid
+
+    def run(self, tests: Iterable[str]) -> str:
+        """One after the other, each with fixtures of its own, until one fails: that one."""
+        for test in tests:
+            _limit(TEST_CPU_S)
+            item = self.tests[test]
+            item.ihook.pytest_runtest_protocol(item=item, nextitem=None)
+            if self.failed:
+                return self.failed
+        return ""
+
+
+def _load(root: Path, files: Iterable[str], then: Callable[[Loaded], object]) -> str:
+    """Load test files and do something with them; the first failure."""
+    import pytest
+
+    os.chdir(root)
+    plugin = Loaded(then)
+    status = pytest.main([*OPTIONS, *(f"tests/{name}.py" for name in files)], plugins=[plugin])
+    return plugin.failed or ("" if status in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED) else "pytest")
+
+
+# --- a module's mutants --------------------------------------------------------------------------------------------
+
+
+class Broken(Exception):
+    """Tests fail without any mutant: nothing can be told."""
+
+
+class Module:
+    """One module, its tests, and the trial of its mutants."""
+
+    def __init__(self, root: Path, path: str, files: Sequence[str], tree: ast.Module, made: Sequence[Mutant]) -> None:
+        self.root, self.files, self.tree, self.made = root, files, tree, made
+        self.file = str(root / path)
+        self.name = path.removesuffix(".py").replace("/", ".")
+
+    def try_all(self, chosen: Sequence[int], jobs: int) -> dict[int, Trial]:
+        """Number of each chosen mutant -> what became of it."""
+        (_, ended), *_ = forks(1, [chosen], lambda numbers: self._loaded(numbers, jobs))
+        if ended.answer is None:
+            raise Broken(ended.raised or f"ended by signal {ended.signal}")
+        if ended.answer["failed"]:
+            raise Broken(ended.answer["failed"])
+        trials = {number: Trial(*trial) for number, trial in ended.answer["trials"]}
+        killers = Killers(ended.answer["seconds"])
+        for number, trial in trials.items():
+            if trial.verdict == KILLED:
+                killers.add(self.made[number], trial.by)
+        anew = [number for number, trial in trials.items() if trial.verdict == ANEW]
+        trials.update(self._try_anew(anew, killers, jobs))
+        return trials
+
+    def _loaded(self, numbers: Sequence[int], jobs: int) -> dict[str, object]:
+        """In a fork: load every test, note what each runs, and try what can be changed in place."""
+        answer: dict[str, object] = {"failed": "", "trials": [], "seconds": {}}
+        ran: set[int] = set()
+        """Lines of statements in functions."""
+        tree = marked(Path(self.file).read_text(), MARK)
+        sys.meta_path.insert(0, Only(self.name, self.file, tree, **{MARK: ran.add}))
+
+        def alone(loaded: Loaded, test: str) -> tuple[str, list[int], float]:
+            ran.clear()
+            begun = time.process_time()
+            return loaded.run([test]), sorted(ran), time.process_time() - begun
+
+        def then(loaded: Loaded) -> None:
+            while_loading = ran.copy()
+            lines: dict[str, set[int]] = {}
+            seconds: dict[str, float] = {}
+            for test, ended in forks(jobs, loaded.tests, lambda test: alone(loaded, test)):
+                if ended.answer is None or ended.answer[0]:
+                    loaded.failed = f"{test} {ended.raised or ended.signal or ''}"
+                    return
+                lines[test], seconds[test] = set(ended.answer[1]), ended.answer[2]
+            answer["seconds"] = seconds
+            answer["trials"] = list(self._try_in_place(numbers, jobs, loaded, while_loading, lines, Killers(seconds)))
+
+        answer["failed"] = _load(self.root, self.files, then)
+        return answer
+
+    def _try_in_place(
+        self,
+        numbers: Sequence[int],
+        jobs: int,
+        loaded: Loaded,
+        while_loading: set[int],
+        lines: dict[str, set[int]],
+        killers: Killers,
+    ) -> Iterator[tuple[int, Trial]]:
+        functions = functions_of(self.file)
+
+        def tests_of(mutant: Mutant) -> list[str]:
+            return [test for test, ran in lines.items() if mutant.line in ran]
+
+        def task(number: int) -> str:
+            _limit(TEST_CPU_S)
+            mutant = self.made[number]
+            mutant.apply()  # the tree of this process is its own
+            if not put_in_place(functions, ast.fix_missing_locations(self.tree), self.file):
+                return ANEW
+            return loaded.run(killers.sorted(mutant, tests_of(mutant)))
+
+        here = []
+        for number in numbers:
+            mutant = self.made[number]
+            if not mutant.line or mutant.line in while_loading:
+                yield number, Trial(ANEW)
+            elif not tests_of(mutant):
+                yield number, Trial(UNREACHED)
+            else:
+                here.append(number)
+        for number, ended in forks(jobs, here, task):
+            if ended.answer is None:
+                yield number, Trial(ended.failed)
+            elif ended.answer == ANEW:
+                yield number, Trial(ANEW)
+            elif ended.answer:
+                killers.add(self.made[number], ended.answer)
+                yield number, Trial(KILLED, ended.answer)
+            else:
+                yield number, Trial(SURVIVED)
+
+    def _try_anew(self, numbers: Sequence[int], killers: Killers, jobs: int) -> dict[int, Trial]:
+        """Import each mutant and load the tests, file by file: the one that kills most first."""
+
+        def deadliness(name: str) -> int:
+            return sum(count for test, count in killers.all.items() if test.startswith(f"tests/{name}.py"))
+
+        trials = dict.fromkeys(numbers, Trial(SURVIVED))
+        for name in sorted(self.files, key=deadliness, reverse=True):
+            left = [number for number, trial in trials.items() if trial.verdict == SURVIVED]
+            for _, ended in forks(1, [name] if left else [], self._as_it_is):
+                if ended.answer != "":
+                    raise Broken(ended.answer or ended.raised or f"{name} ended by signal {ended.signal}")
+            for number, ended in forks(jobs, left, lambda number: self._anew(number, name, killers)):  # noqa: B023
+                if ended.answer is None:
+                    trials[number] = Trial(ended.failed)
+                elif ended.answer:
+                    killers.add(self.made[number], ended.answer)
+                    trials[number] = Trial(KILLED, ended.answer)
+        return trials
+
+    def _as_it_is(self, name: str) -> str:
+        """In a fork: one file of tests, nothing changed; the test that fails."""
+        return _load(self.root, [name], lambda loaded: loaded.run(loaded.tests))
+
+    def _anew(self, number: int, name: str, killers: Killers) -> str:
+        """In a fork: one mutant, one file of tests; the test that fails."""
+        _limit(IMPORT_CPU_S)
+        sys.dont_write_bytecode = True
+        mutant = self.made[number]
+        mutant.apply()
+        sys.meta_path.insert(0, Only(self.name, self.file, ast.fix_missing_locations(self.tree)))
+        return _load(self.root, [name], lambda loaded: loaded.run(killers.sorted(mutant, loaded.tests)))
+
+
+def load_tools(root: Path) -> None:
+    """Import what every test run needs, but nothing of the bench."""
+    sys.path[:0] = [str(root), str(root / "tests")]
+    for name in TOOLS:
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+    assert not any(name == "bench" or name.startswith("bench.") for name in sys.modules)
