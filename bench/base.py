@@ -19,13 +19,12 @@ from bench.kinematics import Kinematics, desaturate
 from bench.link import RcLink
 from bench.messages import TICK_US, BodyTwist, CanFrame
 from bench.motors import motor_bus
-from bench.slamware.omni_base import OmniMotion, counted_odometry_of, slave_of
+from bench.odometry import odometry_of
+from bench.reckoning import LONGEST_UNWRAP_TICKS, reckoning_of
+from bench.slamware.omni_base import OmniMotion, slave_of, tells_rims
 
 RC_PAUSE_US = 2000
 """Silence that ends an RC frame. Bytes carry the time of their tick, so two ticks are the least that can be told."""
-
-LONGEST_UNWRAP_TICKS = 2
-"""Feedback gaps up to one lost frame are unwrapped the shorter way round: right below 15,000 rotor rpm."""
 
 
 class ControlledBase(Protocol):
@@ -45,10 +44,12 @@ class Base:
         self.robot = robot
         self.kinematics = Kinematics(robot.wheels)
         self.motors = motor_bus(robot)
-        self.odometry = counted_odometry_of(robot, self.kinematics)
+        self.reckoning = reckoning_of(robot, self.motors, self.kinematics, counts_rims=tells_rims(robot))
+        self.odometry = self.reckoning.odometry if self.reckoning else odometry_of(robot, self.kinematics)
         self.controller = SpeedController(robot)
         self.drive = Drive(robot)
-        self.slave = slave_of(robot, OmniMotion(robot, self.kinematics, self.odometry, self.motors.silences))
+        motion = OmniMotion(robot, self.kinematics, self.odometry, self.motors.silences, self.reckoning)
+        self.slave = slave_of(robot, motion)
         profile = robot.rc
         self.rc_decoder = rc_decode.decoder(profile.protocol, pause_us=RC_PAUSE_US) if profile else None
         self.link = RcLink(profile, robot.link) if profile else None
@@ -58,18 +59,26 @@ class Base:
         self._slip_radps: tuple[float, ...] = ()  # and what a core wants of the wheels beyond it
         self._feedback_timeout = robot.link.feedback_timeout_ms
 
+    @property
+    def slip_radps(self) -> float:
+        """By how much the wheels' speeds contradict each other; 0 for three wheels, whatever they do."""
+        return self.kinematics.slip_residual(self.motors.speeds_radps)
+
     def step(
         self, tick: int, rc_bytes: bytes, slamware_bytes: bytes, can_in: Sequence[CanFrame]
     ) -> tuple[tuple[CanFrame, ...], bytes]:
         """Decode, choose, control, encode; see the module's first lines. Never raises on what the wires bring."""
         motors = self.motors
-        silent = motors.silent_ticks(tick)
-        motors.receive(tick, can_in)
-        if motors.complete:
-            increments_rad = motors.take_increments()
-            # After a gap too long to unwrap, what has been heard is a new reference and no motion.
-            if silent <= LONGEST_UNWRAP_TICKS:
-                self.odometry.advance(increments_rad)
+        if self.reckoning is not None:
+            self.reckoning.step(tick, can_in)
+        else:
+            silent = motors.silent_ticks(tick)
+            motors.receive(tick, can_in)
+            if motors.complete:
+                increments_rad = motors.take_increments()
+                # After a gap too long to unwrap, what has been heard is a new reference and no motion.
+                if silent <= LONGEST_UNWRAP_TICKS:
+                    self.odometry.advance(increments_rad)
 
         link, decoder = self.link, self.rc_decoder
         if decoder is not None and link is not None:

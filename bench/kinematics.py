@@ -39,9 +39,7 @@ class Kinematics:
         """The farthest wheel's distance from the origin: over it, metres and radians are judged alike."""
         self.radii = tuple(wheel.radius_m * math.cos(wheel.roller_rad) for wheel in wheels)
         """r cos gamma: metres along the roller axis for each radian of the wheel."""
-        self.inverse_rows: tuple[Row, ...] = tuple(
-            (ax / r, ay / r, moment / r) for (ax, ay, moment), r in zip(self.axes, self.radii, strict=True)
-        )
+        self.inverse_rows: tuple[Row, ...] = speed_rows(wheels)
         """H, one row a wheel: twist -> wheel speeds (the robotics name for this direction is inverse kinematics)."""
         self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, self.length_m)
         """H+, three rows: wheel speeds -> twist."""
@@ -76,6 +74,13 @@ class Kinematics:
         return [
             given - fit for given, fit in zip(wheel_speeds, self.wheel_speeds(self.twist(wheel_speeds)), strict=True)
         ]
+
+    def slip_residual(self, wheel_speeds: Sequence[float]) -> float:
+        """Length of the slip: with four wheels the |n . speeds| of the unit n with n H = 0. Needs more than three."""
+        total = 0.0
+        for slip in self.slip(wheel_speeds):
+            total += slip * slip
+        return math.sqrt(total)
 
     def wrench(self, wheel_torques: Sequence[float]) -> Row:
         """Body force (N, N) and moment (N m) of ideal wheel torques: the transpose of H."""
@@ -121,6 +126,12 @@ def twist_from_document_002(x_right: float, y_forward: float, yaw_counter_clockw
 def axis_rows(wheels: Sequence[Wheel]) -> tuple[Row, ...]:
     """(ax, ay, p x a) of each wheel: what its roller axis feels of a twist, in m/s. Singular layouts have them too."""
     return tuple(_axis_row(wheel) for wheel in wheels)
+
+
+def speed_rows(wheels: Sequence[Wheel]) -> tuple[Row, ...]:
+    """H, for any number of wheels: what 1 m/s forward, 1 m/s left and 1 rad/s make of each, in rad/s."""
+    radii = [wheel.radius_m * math.cos(wheel.roller_rad) for wheel in wheels]
+    return tuple((ax / r, ay / r, moment / r) for (ax, ay, moment), r in zip(axis_rows(wheels), radii, strict=True))
 
 
 def singular_values(rows: Sequence[Row], length_scale_m: float) -> list[float]:

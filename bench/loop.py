@@ -13,7 +13,9 @@ from pathlib import Path
 from bench.base import Base, ControlledBase
 from bench.config import Robot, load_robot
 from bench.messages import STATE_PERIOD_TICKS, Snapshot, TickInput, TickOutput
+from bench.odometry import wrap
 from bench.plant import FIELD
+from bench.reckoning import DRIVEN_WHEELS
 from bench.sensors import ArenaSenses
 from bench.slamware.core_side import SlamwareCore
 from bench.slamware.schedule import SCHEDULES
@@ -30,7 +32,9 @@ class Bench:
         self.world = world
         self.robot = world.robot
         self.now_tick = 0
-        self.state_columns = _state_columns(world.robot)
+        more = _more_columns(world.robot)
+        self.state_columns = (*_state_columns(world.robot), *more)
+        self._has_more = bool(more)
         if isinstance(base, Base):  # a foreign base has sensors of its own
             base.slave.senses = ArenaSenses(world.robot, world.plant, FIELD)
 
@@ -62,7 +66,7 @@ class Bench:
             wanted = [0.0] * len(plant.wheel_speeds_radps)
         for speeds in zip(wanted, plant.wheel_speeds_radps, plant.currents_a, strict=True):
             row += speeds
-        return tuple(row)
+        return (*row, *_more(self)) if self._has_more else tuple(row)
 
 
 def simulated(robot: Robot | str | Path = "m2006") -> Bench:
@@ -107,6 +111,10 @@ def _snapshot(bench: Bench) -> Snapshot:
         core_alive=base.slave.alive(last_tick),
         core_connected=base.slave.connected,
         core_twist=base.slave.wanted_twist,
+        slip_radps=base.slip_radps if bench.robot.is_redundant else None,
+        slip_limit_radps=bench.robot.limits.slip_radps,
+        odometry_source=base.reckoning.source if base.reckoning else DRIVEN_WHEELS,
+        heading_source=base.reckoning.heading_source if base.reckoning else DRIVEN_WHEELS,
     )
 
 
@@ -117,3 +125,29 @@ def _state_columns(robot: Robot) -> tuple[str, ...]:
     for number in range(1, len(robot.wheels) + 1):
         columns += [f"wheel{number}_wanted_radps", f"wheel{number}_radps", f"wheel{number}_current_a"]
     return tuple(columns)
+
+
+def _more_columns(robot: Robot) -> tuple[str, ...]:
+    """What only some robots have: slip where wheels are redundant, dead wheels (truth, then decoded), a gyro."""
+    columns = ["slip_radps", "slipping"] if robot.is_redundant else []
+    for number in range(1, len(robot.dead_wheels) + 1):
+        columns += [f"dead{number}_rad", f"dead{number}_encoder_rad"]
+    return (*columns, "gyro_heading_rad") if robot.gyro is not None else tuple(columns)
+
+
+def _more(bench: Bench) -> list[float | int]:
+    """The values of `_more_columns`; what only our own base could know is 0 for a foreign one."""
+    robot, instruments = bench.robot, bench.world.motors.instruments
+    base = bench.base if isinstance(bench.base, Base) else None
+    row: list[float | int] = []
+    if robot.is_redundant:
+        slip_radps = base.slip_radps if base else 0.0
+        row += (slip_radps, int(slip_radps > robot.limits.slip_radps))
+    reckoning = base.reckoning if base else None
+    if instruments is not None and robot.dead_wheels:
+        decoded_rad = reckoning.dead_turned_rad if reckoning else [0.0] * len(robot.dead_wheels)
+        for angles_rad in zip(instruments.dead_wheel_angles_rad, decoded_rad, strict=True):
+            row += angles_rad
+    if robot.gyro is not None:
+        row.append(wrap(reckoning.gyro.turned_rad) if reckoning and reckoning.gyro else 0.0)
+    return row

@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 
 from bench.canbus.c610 import COMMAND_IDS, COUNTS, FAMILY, FEEDBACK_ID, GROUP, QUICK_ID
+from bench.canbus.instruments import GYRO_ID
 from bench.canbus.table import Family
 from bench.canbus.watch import BusWatch, Kind
 from bench.config import Motor, Robot
@@ -81,6 +82,7 @@ class MotorBus:
         "_command_ids",
         "_increments_rad",
         "_limit_raw",
+        "_others",
         "_outputs",
         "_quietest_tick",
         "_reports",
@@ -102,6 +104,10 @@ class MotorBus:
         self._sources = {
             FEEDBACK_ID + can_id: (wheel, wiring.rad_per_count[wheel]) for wheel, can_id in enumerate(wiring.can_ids)
         }
+        # Who else reports on this bus, to somebody else: encoder boards of dead wheels, and a gyro.
+        self._others = {FEEDBACK_ID + wheel.can_id for wheel in robot.dead_wheels}
+        if robot.gyro is not None:
+            self._others.add(GYRO_ID + robot.gyro.can_id)
         self._command_ids = wiring.command_ids
         # Where a current goes: wheel, place among the slots of all command frames, raw per A.
         self._outputs = tuple(
@@ -124,6 +130,8 @@ class MotorBus:
         for can_id, data in frames:
             source = sources.get(can_id)
             if source is None:
+                if can_id in self._others:
+                    continue
                 self.foreign_frames += 1
                 self.watch.foreign(tick, can_id)
                 continue

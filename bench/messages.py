@@ -135,3 +135,9 @@ class Snapshot:
     core_alive: bool
     core_connected: bool
     core_twist: BodyTwist
+    slip_radps: float | None = None
+    """By how much the wheels of a redundant base contradict each other; None where they cannot."""
+    slip_limit_radps: float = 0.0
+    """From there on the base is said to slip."""
+    odometry_source: str = "driven wheels"
+    heading_source: str = "driven wheels"

@@ -57,9 +57,11 @@ class Odometry:
 
     def advance(self, increments_rad: Sequence[float]) -> None:
         """Move by what the wheels turned since the last call."""
-        if not any(increments_rad):
-            return
-        ux, uy, dtheta = self._kinematics.fit(increments_rad)
+        if any(increments_rad):
+            self.move(*self._kinematics.fit(increments_rad))
+
+    def move(self, ux: float, uy: float, dtheta: float) -> None:
+        """Move by a body increment (m, m, rad), taken as one constant twist."""
         dx, dy = exponential(ux, uy, dtheta)
         c, s = math.cos(self._heading_rad), math.sin(self._heading_rad)
         self._x_m += c * dx - s * dy

@@ -129,7 +129,7 @@ def show(
     """
     golden = golden or run.source
     lamp = GoldenLamp(golden) if golden is not None else None
-    summary = Summary()
+    summary = Summary(len(run.bench.robot.wheels))
     takers: list[Taker] = [summary, *(taker for taker in (recorder, lamp) if taker is not None)]
     link = InlineLink(run.bench, run.inputs, pacer or WallPacer(), takers=takers, ticks=run.ticks)
     directory = str(recorder.directory) if recorder else ""

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from bench.config import Robot
+from bench.instruments import instruments_of
 from bench.messages import CanFrame, TickInput
 from bench.motors import emulated_escs
 from bench.plant import Plant
@@ -29,17 +30,19 @@ class Motors(Protocol):
 
 
 class SimulatedMotors:
-    """Emulated ESCs that turn the wheels of the plant."""
+    """Emulated ESCs that turn the wheels of the plant; dead wheels and gyro, where the robot has some, beside them."""
 
     def __init__(self, robot: Robot, plant: Plant | None = None) -> None:
         self.plant = plant or Plant(robot)
         self.escs = emulated_escs(robot)
+        self.instruments = instruments_of(robot, self.plant)
 
     def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
         """Commands -> currents -> motion -> feedback."""
         plant = self.plant
         plant.step(self.escs.receive(tick, commands))
-        return self.escs.feedback(plant.wheel_angles_rad, plant.wheel_speeds_radps, plant.currents_a)
+        feedback = self.escs.feedback(plant.wheel_angles_rad, plant.wheel_speeds_radps, plant.currents_a)
+        return feedback if self.instruments is None else feedback + self.instruments.step()
 
 
 class RecordedMotors:
@@ -48,11 +51,14 @@ class RecordedMotors:
     def __init__(self, robot: Robot, feedback: Mapping[int, tuple[CanFrame, ...]]) -> None:
         self.plant = Plant(robot)
         self.escs = emulated_escs(robot)
+        self.instruments = instruments_of(robot, self.plant)
         self._feedback = feedback
 
     def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
         """The frames that the recording has for this tick, whatever was commanded."""
         self.plant.step(self.escs.receive(tick, commands))
+        if self.instruments is not None:
+            self.instruments.step()
         return self._feedback.get(tick, ())
 
 

@@ -1,6 +1,7 @@
 """The message tables: literal frames, both directions of every codec, and the exported DBC read by cantools."""
 
 import json
+import math
 from pathlib import Path
 
 import cantools
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.canbus import c610, dm3519
+from bench.canbus import c610, dm3519, instruments
 from bench.canbus.dbc import dbc
 from bench.canbus.table import Field, Message
 
@@ -22,6 +23,7 @@ FAMILIES = {
     "c610": c610.FAMILY,
     "dm3519": dm3519.family(),
     "dm3519 20.5 A, error, short": dm3519.family(20.5, "error", "short"),
+    "dm3519 and instruments": instruments.with_instruments(dm3519.family(), (5, 6, 7), 2),
 }
 MESSAGES = [
     (name, message) for name, family in FAMILIES.items() for message in (*family.messages, *family.alternatives)
@@ -203,6 +205,37 @@ def test_a_table_that_cannot_be_is_refused(fields, says):
 def test_an_identifier_that_cannot_be_is_refused():
     with pytest.raises(ValueError, match="identifier 0x800 outside"):
         Message("M", 0x800, "A", ("B",), ())
+
+
+# --- dead wheels and gyro ------------------------------------------------------------------------------------------
+
+
+def test_encoder_boards_take_the_places_of_escs_and_report_as_c610s_do():
+    family = FAMILIES["dm3519 and instruments"]
+    assert [message.name for message in family.feedback[3:7]] == [
+        "DM3519_Feedback_4",
+        "Encoder_5",
+        "Encoder_6",
+        "Encoder_7",
+    ]
+    frame = bytes.fromhex("10E1 300C 0000 0000")
+    ours, theirs = family.message(0x205), c610.FAMILY.message(0x205)
+    assert ours.decode(frame) == theirs.decode(frame) == (4321, 12300, 0)
+    assert [(field.name, field.first_byte, field.size, field.signed) for field in ours.fields] == [
+        (field.name, field.first_byte, field.size, field.signed) for field in theirs.fields
+    ]
+
+
+def test_a_gyros_frame_by_hand():
+    # 2 rad/s is 2000 counts, a quarter turn a quarter of 2^32; docs/gyro.md
+    message = instruments.gyro(1)
+    assert (message.can_id, message.length) == (0x301, 6)
+    assert message.encode((2000, 1 << 30)).hex() == "07d040000000"
+    assert message.decode(bytes.fromhex("f830c0000000")) == (-2000, 3 << 30)
+    rate, heading = message.fields
+    assert (rate.scale * 2000, heading.scale * (1 << 30)) == pytest.approx((2.0, math.pi / 2))
+    with pytest.raises(ValueError, match=r"gyro 9 outside 1\.\.8"):
+        instruments.gyro(9)
 
 
 # --- the DBC, as cantools reads it ---------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from bench.messages import TickInput
 from bench.odometry import Odometry
 from bench.rc.transmitter import Sticks
 from bench.slamware import FrameDecoder, SlamwareCore, encode_frame
-from bench.slamware.omni_base import OmniMotion, RimOdometry
+from bench.slamware.omni_base import OmniMotion
 from bench.slamware.payloads import motor_data_from_answer, wheels_request
 from bench.slamware.reference_firmware import ReferenceFirmware
 from bench.slamware.schedule import FULL
@@ -106,8 +106,8 @@ def test_asking_for_rims_takes_nothing_from_the_velocitys_displacement():
 
 
 def test_rims_are_counted_only_for_a_dialect_that_tells_them():
-    assert type(Base(default()).odometry) is Odometry
-    assert type(Base(default(dialect="firmware-2015")).odometry) is RimOdometry
+    assert Base(default()).reckoning is None
+    assert Base(default(dialect="firmware-2015")).reckoning.turned_rad == [0.0] * 3
 
 
 # --- 0x40 --------------------------------------------------------------------------------------------------------

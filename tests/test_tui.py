@@ -185,7 +185,7 @@ def recorded(tmp_path_factory):
 
 def a_replay(directory, **options):
     job = from_recording(directory, **options)
-    lamp, summary = GoldenLamp(Recording.open(directory)), Summary()
+    lamp, summary = GoldenLamp(Recording.open(directory)), Summary(3)
     link = InlineLink(job.bench, job.inputs, Granted(), takers=[lamp, summary], ticks=job.ticks)
     return Session(link, job=job, lamp=lamp, summary=summary)
 

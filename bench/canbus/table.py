@@ -54,7 +54,7 @@ class Field:
     @property
     def code(self) -> str:
         """Its letter for struct."""
-        letter = {1: "B", 2: "H"}[self.size]
+        letter = {1: "B", 2: "H", 4: "I"}[self.size]
         return letter.lower() if self.signed else letter
 
     @property

@@ -25,6 +25,7 @@ TOLERANCES: Mapping[str, float] = {
     "_a": 0.002,
     "_counts": 3,
     "_rpm": 2,
+    "heading_counts": 1 << 16,  # a gyro's, 2^32 a turn: 1e-4 rad
     "_m": 1e-4,
     "_mps": 1e-3,
     "_rad": 1e-4,
@@ -41,7 +42,7 @@ and may round the last bit differently, and the loop carries that into the neigh
 steps of each field's resolution: chosen, not measured. What has no entry is exact everywhere.
 """
 
-_TURNS = {"angle_counts": 8192.0, "heading_rad": math.tau}
+_TURNS = {"angle_counts": 8192.0, "heading_rad": math.tau, "heading_counts": 2.0**32}
 """Fields that start again after a turn: from 8191 counts to 0 is one step."""
 
 _UNITS = {"ma": "mA", "raw": "counts", "a": "A", "mps": "m/s", "radps": "rad/s"}

@@ -22,8 +22,8 @@ RC, STATE = "rc", "state"
 Entry: TypeAlias = tuple[int, str, bytes]
 """One line of a log: tick, name of the wire, what crossed it (of state.csv: the row's text)."""
 
-FEEDBACK_IDS = range(0x201, 0x209)
-"""What ESCs send. Every other frame on the bus is the base's."""
+FEEDBACK_IDS = frozenset((*range(0x201, 0x209), *range(0x301, 0x309)))
+"""What ESCs, encoder boards and gyros send. Every other frame on the bus is the base's."""
 
 EXPECTED = {
     CAN_LOG: "(0.001000) can0 200#0258025802580000",

@@ -113,7 +113,7 @@ class Recording:
 
     @cached_property
     def feedback(self) -> dict[int, tuple[CanFrame, ...]]:
-        """Tick -> the frames that the ESCs sent in it (0x201 to 0x208)."""
+        """Tick -> the frames that ESCs, encoders and gyro sent in it (0x201 to 0x208, 0x301 to 0x308)."""
         return _by_tick(entry for entry in self.can if entry[1] in FEEDBACK_IDS)
 
     @cached_property

@@ -17,8 +17,12 @@ LINK_CHANGES_SHOWN = 8
 
 @dataclass(slots=True)
 class Summary:
-    """Follows a run tick by tick with `add`. Distances in m, angles in rad; path and turn are sums of sizes."""
+    """Follows a run of a base with so many `wheels`, tick by tick, with `add`.
 
+    Distances in m, angles in rad; path and turn are sums of sizes.
+    """
+
+    wheels: int
     ticks: int = 0
     path_m: float = 0.0
     turn_rad: float = 0.0
@@ -54,7 +58,9 @@ class Summary:
         if last is not None:
             self.path_m += math.dist((x, y), (float(last[X]), float(last[Y])))
             self.turn_rad += abs(wrap(heading - float(last[HEADING])))
-        self.top_current_a = max(self.top_current_a, *(abs(float(amps)) for amps in row[LINK + 5 :: 3]))
+        self.top_current_a = max(
+            self.top_current_a, *(abs(float(amps)) for amps in row[LINK + 5 : LINK + 3 + 3 * self.wheels : 3])
+        )
         if last is None or row[LINK] != last[LINK]:
             self.link_changes.append((float(row[0]), str(row[LINK])))
         self.end = (x, y, heading)

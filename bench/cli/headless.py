@@ -24,7 +24,7 @@ def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) 
     Ctrl-C and SIGTERM end the run after a whole tick, and the recorder is closed whatever happens: nothing already
     recorded is lost. Raises KeyboardInterrupt for either.
     """
-    summary = Summary()
+    summary = Summary(len(run.bench.robot.wheels))
     started_ns = now_ns()
     with _asked_to_stop() as asked:
         try:

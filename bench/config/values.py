@@ -217,3 +217,8 @@ class Robot:
     source: str = ""
     assumed: tuple[str, ...] = ()
     file: Path | None = None
+
+    @property
+    def is_redundant(self) -> bool:
+        """Whether it has more driven wheels than the plane has ways to go, so that they can contradict each other."""
+        return len(self.wheels) > 3

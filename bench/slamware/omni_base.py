@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 from bench.config import Robot
 from bench.kinematics import Kinematics
-from bench.odometry import Odometry, odometry_of
+from bench.odometry import Odometry
 from bench.slamware.base_side import SlamwareBase
 from bench.slamware.commands import DIALECTS
 from bench.slamware.facts import facts_of
@@ -27,25 +28,15 @@ SLIP_ABOVE_RADPS = 1e-9
 """Less is rounding."""
 
 
-class RimOdometry(Odometry):
-    """Odometry that also counts what each wheel has turned: a cost in every tick, for dialects that tell of rims."""
+class RimCounter(Protocol):
+    """Something that counts what each driven wheel has turned since the base was powered."""
 
-    __slots__ = ("turned_rad",)
-
-    def __init__(self, kinematics: Kinematics) -> None:
-        super().__init__(kinematics)
-        self.turned_rad = [0.0] * len(kinematics.radii)
-
-    def advance(self, increments_rad: Sequence[float]) -> None:
-        """Move by what the wheels turned since the last call."""
-        super().advance(increments_rad)
-        self.turned_rad = [turned + more for turned, more in zip(self.turned_rad, increments_rad, strict=True)]
+    turned_rad: list[float]
 
 
-def counted_odometry_of(robot: Robot, kinematics: Kinematics) -> Odometry:
-    """The odometry that this robot's dialect needs."""
-    tells_rims = DIALECTS[robot.slamware.dialect].motor_data_bytes == OMNI_MOTOR_DATA_BYTES
-    return RimOdometry(kinematics) if tells_rims else odometry_of(robot, kinematics)
+def tells_rims(robot: Robot) -> bool:
+    """Whether this robot's dialect tells a core how far each rim has rolled: counting costs something in every tick."""
+    return DIALECTS[robot.slamware.dialect].motor_data_bytes == OMNI_MOTOR_DATA_BYTES
 
 
 def slave_of(robot: Robot, motion: Motion) -> SlamwareBase:
@@ -57,13 +48,19 @@ class OmniMotion(Motion):
     """The wheels of one base. `silences(tick)` gives for each wheel how many ticks its motor has been quiet."""
 
     def __init__(
-        self, robot: Robot, kinematics: Kinematics, odometry: Odometry, silences: Callable[[int], Sequence[int]]
+        self,
+        robot: Robot,
+        kinematics: Kinematics,
+        odometry: Odometry,
+        silences: Callable[[int], Sequence[int]],
+        rims: RimCounter | None = None,
     ) -> None:
         self.wheel_count = len(robot.wheels)
         self._radii_m = [wheel.radius_m for wheel in robot.wheels]
         self._kinematics = kinematics
         self._odometry = odometry
         self._silences = silences
+        self._rims = rims
         self._feedback_timeout_ticks = robot.link.feedback_timeout_ms
         self._mark = (0.0, 0.0, 0.0)
 
@@ -82,9 +79,9 @@ class OmniMotion(Motion):
 
     def rim_distances_m(self) -> Sequence[float]:
         """How far each rim has rolled since the base was powered, back and forth against each other."""
-        if not isinstance(self._odometry, RimOdometry):  # nothing counts rims in a dialect that never tells them
+        if self._rims is None:  # nothing counts rims in a dialect that never tells them
             return super().rim_distances_m()
-        turned = zip(self._odometry.turned_rad, self._radii_m, strict=True)
+        turned = zip(self._rims.turned_rad, self._radii_m, strict=True)
         return tuple(turned_rad * radius_m for turned_rad, radius_m in turned)
 
     def follow_rims(self, speeds_mps: Sequence[float]) -> Wanted:

@@ -1,0 +1,156 @@
+"""Where a robot with more than driven wheels believes it is: the one place that chooses what odometry follows.
+
+    displacement   three dead wheels or more, else the driven wheels
+    heading        the gyro where there is one, else the same wheels
+
+A source that has been silent for `feedback_timeout_ms` is done without until it speaks again: the driven wheels stand
+in for dead wheels, the wheels for the gyro, and what was missed while waiting is made up from them. A robot that has
+driven wheels alone needs none of this; its base feeds `Odometry` itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bench.config import Robot, Wheel
+from bench.instruments import GyroBus, encoder_bus
+from bench.kinematics import Kinematics
+from bench.m2006 import MotorBus
+from bench.messages import CanFrame
+from bench.odometry import odometry_of
+
+LONGEST_UNWRAP_TICKS = 2
+"""Feedback gaps up to one lost frame are unwrapped the shorter way round: right below 15,000 rotor rpm."""
+MOTOR_GEAR = 36.0
+"""Of the motor that the gap above is meant for; an encoder that turns more slowly may be silent for longer."""
+ENOUGH_DEAD_WHEELS = 3
+DRIVEN_WHEELS, DEAD_WHEELS, GYRO = "driven wheels", "dead wheels", "gyro"
+
+
+class Reckoning:
+    """The sources of one base and the odometry that follows them. `step` stands in the place of `motors.receive`.
+
+    `turned_rad` counts what each driven wheel has turned, `dead_turned_rad` each dead wheel, since the first report.
+    """
+
+    __slots__ = (
+        "_driven_kinematics",
+        "_encoder_gap_ticks",
+        "_encoders",
+        "_follows_dead_wheels",
+        "_kinematics",
+        "_motors",
+        "_timeout_ticks",
+        "_unfollowed_rad",
+        "_unfollowed_turn_rad",
+        "dead_turned_rad",
+        "gyro",
+        "heading_source",
+        "odometry",
+        "source",
+        "turned_rad",
+    )
+
+    def __init__(self, robot: Robot, motors: MotorBus, kinematics: Kinematics) -> None:
+        dead = robot.dead_wheels
+        self._motors = motors
+        self._encoders = encoder_bus(robot) if dead else None
+        self._follows_dead_wheels = len(dead) >= ENOUGH_DEAD_WHEELS
+        self._driven_kinematics = kinematics
+        self._kinematics = Kinematics(dead) if self._follows_dead_wheels else kinematics
+        self.odometry = odometry_of(robot, self._kinematics)
+        self.gyro = GyroBus(robot.gyro) if robot.gyro is not None else None
+        self._timeout_ticks = robot.link.feedback_timeout_ms
+        self._encoder_gap_ticks = min((longest_gap_ticks(wheel) for wheel in dead), default=0)
+        # What the driven wheels turned since dead wheels were last followed, and any wheels since the gyro was.
+        self._unfollowed_rad = [0.0] * len(robot.wheels)
+        self._unfollowed_turn_rad = 0.0
+        self.turned_rad = [0.0] * len(robot.wheels)
+        self.dead_turned_rad = [0.0] * len(dead)
+        self.source = DEAD_WHEELS if self._follows_dead_wheels else DRIVEN_WHEELS
+        """What the displacement comes from at present."""
+        self.heading_source = self.source if self.gyro is None else GYRO
+
+    def step(self, tick: int, frames: Sequence[CanFrame]) -> None:
+        """Take the frames that arrived in this tick, and move by what they say."""
+        driven_rad = _increments(self._motors, tick, frames, LONGEST_UNWRAP_TICKS)
+        if driven_rad:
+            self.turned_rad = _sums(self.turned_rad, driven_rad)
+        dead_rad = None
+        if self._encoders is not None:
+            dead_rad = _increments(self._encoders, tick, frames, self._encoder_gap_ticks)
+            if dead_rad:
+                self.dead_turned_rad = _sums(self.dead_turned_rad, dead_rad)
+        followed_rad = self._choose(tick, driven_rad, dead_rad) if self._follows_dead_wheels else driven_rad
+
+        if self.gyro is not None:
+            self._follow_gyro(tick, frames, followed_rad)
+        elif followed_rad:
+            if self.source == DEAD_WHEELS or not self._follows_dead_wheels:
+                self.odometry.advance(followed_rad)
+            else:
+                self.odometry.move(*self._driven_kinematics.fit(followed_rad))
+
+    def _choose(self, tick: int, driven_rad: list[float] | None, dead_rad: list[float] | None) -> list[float] | None:
+        """The increments to follow, of the wheels that `source` names from now on."""
+        encoders, unfollowed_rad = self._encoders, self._unfollowed_rad
+        assert encoders is not None
+        if driven_rad:
+            self._unfollowed_rad = unfollowed_rad = _sums(unfollowed_rad, driven_rad)
+        if dead_rad:
+            self.source = DEAD_WHEELS
+        elif dead_rad is not None or encoders.silent_ticks(tick) >= self._timeout_ticks:
+            self.source, dead_rad = DRIVEN_WHEELS, unfollowed_rad
+        if dead_rad:
+            self._unfollowed_rad = [0.0] * len(unfollowed_rad)
+        return dead_rad
+
+    def _follow_gyro(self, tick: int, frames: Sequence[CanFrame], followed_rad: list[float] | None) -> None:
+        """Displacement from the wheels, heading from the gyro."""
+        gyro = self.gyro
+        assert gyro is not None
+        ux_m = uy_m = 0.0
+        if followed_rad:
+            kinematics = self._kinematics if self.source == DEAD_WHEELS else self._driven_kinematics
+            ux_m, uy_m, wheels_turn_rad = kinematics.fit(followed_rad)
+            self._unfollowed_turn_rad += wheels_turn_rad
+        seen = gyro.seen
+        turn_rad = gyro.receive(tick, frames)
+        if turn_rad is not None and tick - seen <= self._timeout_ticks:
+            self.heading_source = GYRO
+            self._unfollowed_turn_rad = 0.0
+        elif turn_rad is not None or tick - seen >= self._timeout_ticks:
+            self.heading_source = self.source
+            turn_rad = self._unfollowed_turn_rad
+            self._unfollowed_turn_rad = 0.0
+        else:
+            turn_rad = 0.0
+        self.odometry.move(ux_m, uy_m, turn_rad)
+
+
+def reckoning_of(robot: Robot, motors: MotorBus, kinematics: Kinematics, *, counts_rims: bool) -> Reckoning | None:
+    """The sources of this robot; None where its driven wheels are all there is and nobody asks what each has turned."""
+    needed = counts_rims or robot.dead_wheels or robot.gyro is not None
+    return Reckoning(robot, motors, kinematics) if needed else None
+
+
+def longest_gap_ticks(wheel: Wheel) -> int:
+    """For how long this wheel's encoder may be silent until the shorter way round may be the wrong one."""
+    return max(LONGEST_UNWRAP_TICKS, int(LONGEST_UNWRAP_TICKS * MOTOR_GEAR / wheel.gear))
+
+
+def _increments(bus: MotorBus, tick: int, frames: Sequence[CanFrame], gap_ticks: int) -> list[float] | None:
+    """What the wheels turned since they were last all heard; None while one is missing.
+
+    After a gap too long to unwrap, what has been heard is a new reference and no motion: an empty list.
+    """
+    silent = bus.silent_ticks(tick)
+    bus.receive(tick, frames)
+    if not bus.complete:
+        return None
+    increments_rad = bus.take_increments()
+    return increments_rad if silent <= gap_ticks else []
+
+
+def _sums(totals: Sequence[float], more: Sequence[float]) -> list[float]:
+    return [total + one for total, one in zip(totals, more, strict=True)]
