@@ -11,6 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from bench.base import Base, ControlledBase
+from bench.canbus.watch import Finding
 from bench.config import Robot, load_robot
 from bench.messages import STATE_PERIOD_TICKS, Snapshot, TickInput, TickOutput
 from bench.odometry import wrap
@@ -47,6 +48,18 @@ class Bench:
         state = self._state_row(tick) if tick % STATE_PERIOD_TICKS == 0 else None
         self.now_tick = tick + 1
         return TickOutput(tick, rc, core_to_base, base_to_core, can_commands, can_feedback, state)
+
+    @property
+    def bus_findings(self) -> tuple[str, ...]:
+        """What the two ends of the CAN bus cannot explain, each thing once, as sentences in the order of its tick."""
+        found: dict[tuple[str, int], Finding] = {}
+        ends = [self.world.motors.escs.watch]
+        if isinstance(self.base, Base):  # a foreign base keeps what it sees to itself
+            ends.insert(0, self.base.motors.watch)
+        for watch in ends:
+            for finding in watch.findings:
+                found.setdefault((finding.kind, finding.can_id), finding)
+        return tuple(finding.text for finding in sorted(found.values(), key=lambda finding: finding.first_tick))
 
     def snapshot(self) -> Snapshot:
         """What a screen shows of the bench at this instant. Raises TypeError for a foreign base."""
@@ -111,6 +124,7 @@ def _snapshot(bench: Bench) -> Snapshot:
         core_alive=base.slave.alive(last_tick),
         core_connected=base.slave.connected,
         core_twist=base.slave.wanted_twist,
+        bus_findings=bench.bus_findings,
         slip_radps=base.slip_radps if bench.robot.is_redundant else None,
         slip_limit_radps=bench.robot.limits.slip_radps,
         odometry_source=base.reckoning.source if base.reckoning else DRIVEN_WHEELS,

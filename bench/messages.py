@@ -135,6 +135,8 @@ class Snapshot:
     core_alive: bool
     core_connected: bool
     core_twist: BodyTwist
+    bus_findings: tuple[str, ...] = ()
+    """Who is on the CAN bus that should not be, a sentence each, the newest last."""
     slip_radps: float | None = None
     """By how much the wheels of a redundant base contradict each other; None where they cannot."""
     slip_limit_radps: float = 0.0

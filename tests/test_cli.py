@@ -188,6 +188,24 @@ def test_replay_in_its_three_forms(call, tmp_path):
         assert (first / name).read_bytes() == (again / name).read_bytes() == (with_can / name).read_bytes()
 
 
+def test_replay_says_who_is_on_the_bus_that_should_not_be(call, tmp_path):
+    scenario, run = short_scenario(tmp_path, f'rc = "{DRIVE}"\n', seconds=0.1), tmp_path / "run"
+    _, out, _ = call("replay", scenario, "--record", run)
+    assert "bus       " not in out
+    log = run / "can.log"
+    lines = [
+        line + (f"\n{line[:10]} can0 205#0000000000000000" if " 203#" in line else "")
+        for line in log.read_text().splitlines()
+    ]
+    log.write_text("\n".join(lines) + "\n")
+    status, out, _ = call("replay", run, "--can", "recorded")
+    assert status == 0
+    # Born in tick 0, a frame reaches the base in tick 1; that of the last tick reaches nobody.
+    assert "bus       1 finding; the newest: 0x205 unknown ESC, 99 times since 0.001 s: an ESC with ID 5" in out
+    (finding,) = json.loads(call("replay", run, "--can", "recorded", "--json")[1])["bus_findings"]
+    assert finding.startswith("0x205 unknown ESC, 99 times")
+
+
 def test_replay_over_real_ports_gives_the_same_recording(call, tmp_path):
     scenario = short_scenario(tmp_path, f'rc = "{DRIVE}"\n', seconds=2.0)
     assert call("replay", scenario, "--record", tmp_path / "plain")[0] == 0

@@ -382,6 +382,14 @@ def test_sixteen_channels_find_their_sticks():
     assert "ch2  102    ch3  103    ch0  100" in rows[6]
 
 
+@pytest.mark.parametrize(("width", "height"), [(80, 24), (120, 40), (80, 16)])
+def test_strangers_on_the_bus_are_counted_and_the_newest_is_named(width, height):
+    findings = ("0x205 unknown ESC, once since 0.001 s: an ESC", "0x20C foreign frame, 2 times since 0.010 s: no motor")
+    (row,) = (row for row in picture(scene(bus_findings=findings), width, height) if " bus " in row)
+    assert " 2  0x20C foreign frame, 2 times" in row
+    assert not [row for row in picture(SCENE, width, height) if " bus " in row]
+
+
 def test_every_role_has_a_style_and_every_panel_a_place():
     assert set(STYLES) == set(text.ROLES)
     everywhere = set()

@@ -68,7 +68,7 @@ class Summary:
         self.odometry_off_rad = abs(wrap(heading - odo_heading))
         self._last = row
 
-    def facts(self) -> dict[str, object]:
+    def facts(self, run: Run) -> dict[str, object]:
         """The numbers by name, for --json."""
         return {
             "seconds": self.ticks / 1000.0,
@@ -86,6 +86,7 @@ class Summary:
                 "core_answers": self.core_answers,
             },
             "link": [[at_s, state] for at_s, state in self.link_changes],
+            "bus_findings": list(run.bench.bus_findings),
         }
 
     def lines(self, run: Run) -> list[str]:
@@ -110,4 +111,7 @@ class Summary:
                 "link      "
                 + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in self.link_changes[:LINK_CHANGES_SHOWN])
             )
+        findings = run.bench.bus_findings
+        if findings:
+            lines.append(f"bus       {len(findings)} finding{'s' * (len(findings) > 1)}; the newest: {findings[-1]}")
         return lines

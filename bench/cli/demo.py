@@ -52,7 +52,7 @@ def _headless(args: argparse.Namespace) -> int:
             return EXIT_OK
         comparison = verdict(Recording.open(directory), golden_directory())
     if args.json:
-        print(json.dumps(summary.facts() | {"speed_factor": round(speed, 2), "golden": comparison.as_dict()}))
+        print(json.dumps(summary.facts(job) | {"speed_factor": round(speed, 2), "golden": comparison.as_dict()}))
     else:
         print("wheelbench demo: RC bytes in, the robot moves, every frame recorded and checked")
         print("\n".join(summary.lines(job)))

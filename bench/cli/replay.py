@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         if golden is not None and directory is not None:
             comparison = verdict(Recording.open(directory), golden)
     if args.json:
-        facts = summary.facts() | {"speed_factor": round(speed, 2)}
+        facts = summary.facts(job) | {"speed_factor": round(speed, 2)}
         if comparison is not None:
             facts["golden"] = comparison.as_dict()
         print(json.dumps(facts))

@@ -50,7 +50,15 @@ def _state(scene: Scene) -> list[_Row]:
         (2, [_label("why"), _why(scene)]),
         (1, words),
         (9, [_label(""), reason]),
+        *_bus(snapshot.bus_findings),
     ]
+
+
+def _bus(findings: tuple[str, ...]) -> list[_Row]:
+    """Who is on the bus that should not be: how many, and the newest. Before anything else, where room is short."""
+    if not findings:
+        return []
+    return [(-1, [_label("bus"), (f" {len(findings)} ", BAD_BADGE), (f" {findings[-1]}", WARN)])]
 
 
 def _why(scene: Scene) -> tuple[str, str]:
