@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from bench.check.expression import condition, signals_in
 from bench.check.signals import Signals, names
@@ -99,12 +99,14 @@ class Verdict:
             return f"{self.name}: failed{where}, by {abs(self.margin):.4g}"
         return f"{self.name}: passed, with {self.margin:.4g} to spare{where}"
 
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for --json; an infinite margin is none."""
+        return asdict(self) | {"margin": self.margin if math.isfinite(self.margin) else None}
+
 
 def read_expectation(entry: Table) -> Expectation:
     """One `[[expect]]` table. Raises ConfigError with file, key and what to try."""
-    words = {
-        key: entry.get(key, str, "") for key in ("always", "eventually", "then", "when", "while", "until", "name")
-    }
+    words = {key: entry.get(key, str, "") for key in ("always", "eventually", "then", "when", "while", "until", "name")}
     ticks = {key: entry.get(key, float, None) for key in ("within_s", "for_s", "from_s", "to_s")}
     vacuous = entry.get("vacuous", str, "fails")
     if vacuous not in ("fails", "allowed"):

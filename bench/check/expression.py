@@ -107,7 +107,9 @@ class _Reader:
         match node:
             case ast.Name(id=name):
                 if name not in self._signals:
-                    raise ValueError(f"in {self._text!r}: no signal is called {name!r}{nearest(name, list(self._signals))}")
+                    raise ValueError(
+                        f"in {self._text!r}: no signal is called {name!r}{nearest(name, list(self._signals))}"
+                    )
                 return lambda sample: sample.get(name)
             case ast.Constant(value=int() | float() | str() as value):
                 return lambda _sample: value

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from bench.check.expectations import Judge
 from bench.check.reading import Recording
 from bench.check.recording import RUN_TOML, Recorder, RunInfo
 from bench.check.scenario import Scenario, load_scenario
@@ -40,6 +41,8 @@ class Run:
     inputs: Callable[[int], TickInput]
     info: RunInfo
     source: Recording | None = None
+    judge: Judge | None = None
+    """Of the scenario's expectations."""
 
     def recorder(self, directory: Path | str, *, overwrite: bool = False) -> Recorder:
         """A recorder for this run's ticks. Raises RecordingError where the place cannot be written."""
@@ -88,12 +91,14 @@ def from_scenario(path: Path, *, robot: str | Path | None = None, profile: str |
     rc: dict[int, bytes] = {}
     if scenario.rc is not None:
         rc = _rc_by_tick(load_capture(scenario.rc), built, scenario.period_ms)
+    bench = simulated(built)
     return Run(
         title=scenario.name,
-        bench=simulated(built),
+        bench=bench,
         ticks=scenario.ticks,
         inputs=_scenario_inputs(scenario, rc),
         info=_info(built, scenario=scenario.name, seed=scenario.seed),
+        judge=_judge(scenario, bench),
     )
 
 
@@ -142,6 +147,15 @@ def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
         info=replace(recording.info, wheelbench=RunInfo("").wheelbench),
         source=recording,
     )
+
+
+def _judge(scenario: Scenario, bench: Bench) -> Judge | None:
+    if not scenario.expectations:
+        return None
+    try:
+        return Judge(scenario.expectations, bench.robot, bench.state_columns)
+    except ValueError as error:
+        raise UsageError(f"{scenario.path}: expect: {error}") from None
 
 
 def _scenario_inputs(scenario: Scenario, rc: dict[int, bytes]) -> Callable[[int], TickInput]:

@@ -9,6 +9,11 @@ seconds = 24.0
 [[core]]                    # from then on, until the next one
 at_s = 14.0
 vx_mps = 0.25
+
+[[expect]]                  # see `expectations`
+when = "link == 'lost'"
+then = "speed_mps < 0.05"
+within_s = 0.5
 """
 
 from __future__ import annotations
@@ -17,6 +22,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from bench.check.expectations import Expectation, read_expectation
 from bench.config import ConfigError, Table, read_toml
 from bench.messages import BodyTwist
 
@@ -35,6 +41,7 @@ class Scenario:
     period_ms: int | None = None
     about: str = ""
     seed: int = 0
+    expectations: tuple[Expectation, ...] = ()
 
 
 def load_scenario(path: Path) -> Scenario:
@@ -64,6 +71,7 @@ def load_scenario(path: Path) -> Scenario:
         period_ms=data.get("period_ms", int, None),
         about=data.get("about", str, ""),
         seed=data.get("seed", int, 0),
+        expectations=tuple(map(read_expectation, data.tables("expect", optional=True))),
     )
     data.refuse_rest()
     if scenario.rc is not None and not scenario.rc.is_file():

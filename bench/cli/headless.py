@@ -25,6 +25,7 @@ def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) 
     recorded is lost. Raises KeyboardInterrupt for either.
     """
     summary = Summary(len(run.bench.robot.wheels))
+    judge = run.judge
     started_ns = now_ns()
     with _asked_to_stop() as asked:
         try:
@@ -32,6 +33,8 @@ def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) 
                 if recorder is not None:
                     recorder.add(out)
                 summary.add(out)
+                if judge is not None:
+                    judge.add(out)
                 if asked:
                     raise KeyboardInterrupt
         finally:

@@ -66,8 +66,11 @@ def run(args: argparse.Namespace) -> int:
             summary, speed = execute(job, recorder, quiet=args.json)
         if golden is not None and directory is not None:
             comparison = verdict(Recording.open(directory), golden)
+    verdicts = job.judge.verdicts() if job.judge else []
     if args.json:
         facts = summary.facts(job) | {"speed_factor": round(speed, 2)}
+        if verdicts:
+            facts["expectations"] = [one.as_dict() for one in verdicts]
         if comparison is not None:
             facts["golden"] = comparison.as_dict()
         print(json.dumps(facts))
@@ -78,4 +81,7 @@ def run(args: argparse.Namespace) -> int:
             print(f"recorded  {args.record}")
         if comparison is not None:
             print("golden    " + "\n".join(comparison.lines))
-    return EXIT_OK if comparison is None or comparison.ok else EXIT_FAILED
+        for one in verdicts:
+            print(f"{'expect' if one.ok else 'EXPECT':10}{one.text}")
+    met = all(one.ok for one in verdicts)
+    return EXIT_OK if met and (comparison is None or comparison.ok) else EXIT_FAILED
