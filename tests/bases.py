@@ -36,3 +36,12 @@ def mecanum(**changes) -> Robot:
     corners = ((0.10, 0.12, -45.0), (0.10, -0.12, 45.0), (-0.10, 0.12, 45.0), (-0.10, -0.12, -45.0))
     wheels = tuple(Wheel("mecanum", x, y, 0.0, 0.03, can_id=1, roller_rad=math.radians(g)) for x, y, g in corners)
     return replace(m2006(**changes), wheels=wheels)
+
+
+def dead_wheels(*bearings_deg: float, distance_m: float = 0.1, first_can_id: int = 4) -> tuple[Wheel, ...]:
+    """Passive wheels as document 002 has them, counted at the axle."""
+    wheels = (tangential(bearing, distance_m, 0.025) for bearing in bearings_deg or (0.0, 120.0, 240.0))
+    return tuple(
+        replace(wheel, name=f"dead {number}", can_id=number, gear=1.0)
+        for number, wheel in enumerate(wheels, first_can_id)
+    )
