@@ -2,6 +2,7 @@
 
 import doctest
 import itertools
+import json
 import os
 import re
 import subprocess
@@ -38,6 +39,20 @@ def tables():
 @pytest.mark.parametrize(("message", "lines"), list(tables()))
 def test_the_byte_table_is_the_codecs(message, lines):
     assert lines == byte_table(message)
+
+
+@pytest.mark.parametrize("name", ["c610", "dm3519"])
+def test_the_worked_frames_are_those_from_outside(name):
+    """The page's own Python decodes and encodes them; here they are held against the fixture's bytes and values."""
+    known = json.loads((ROOT / "fixtures" / "known" / "can" / f"{name}-frames.json").read_text())["frames"]
+    frames = {(one["can_id"], one["data"]): one["values"] for one in known}
+    page = (ROOT / "docs" / f"{name}.md").read_text()
+    shown = re.findall(r'(0x[0-9A-F]{3}), bytes\.fromhex\("([0-9A-F ]+)"\)', page)
+    assert shown
+    for can_id, data in shown:
+        values = frames[int(can_id, 16), data.replace(" ", "")]
+        words = page.partition(f'{can_id}, bytes.fromhex("{data}")')[2].partition("```")[0]
+        assert all(re.search(rf"\b{abs(value)}\b", words) for value in values)
 
 
 def test_every_kind_of_message_has_a_table():

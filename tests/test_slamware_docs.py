@@ -1,13 +1,17 @@
 """docs/slamware.md says what is so: its tables, its settings and its Python (its commands: test_docs.py)."""
 
+import math
 import re
 from pathlib import Path
 
 import pytest
+from slamware_vendor import BY_NAME, frame
 
 from bench.config import ROBOTS_DIR, SlamwareSettings, load_robot
-from bench.slamware import FrameDecoder
+from bench.messages import BodyTwist
+from bench.slamware import FrameDecoder, describe, encode_frame
 from bench.slamware.commands import DIALECTS, ERROR_MEANINGS, SUB_COMMANDS
+from bench.slamware.payloads import dead_reckon_answer, twist_request
 
 PAGE = (Path(__file__).parents[1] / "docs" / "slamware.md").read_text()
 
@@ -15,6 +19,47 @@ PAGE = (Path(__file__).parents[1] / "docs" / "slamware.md").read_text()
 def block(language):
     (found,) = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
     return found
+
+
+# Field of a worked table -> what `decode` calls it, and how many of the table's units make one of ours.
+DECODED = {
+    "vx": ("vx_mps", 1.0),
+    "vy": ("vy_mps", 1.0),
+    "omega": ("omega_radps", 1.0),
+    "dx": ("dx_m", 1000.0),
+    "dy": ("dy_m", 1000.0),
+    "dtheta": ("dtheta_rad", 180.0 / math.pi),
+}
+WORKED = re.findall(r"<!-- frame: (\S+) -->\n((?:\|.*\n)+)", PAGE)
+
+
+@pytest.mark.parametrize(("name", "table"), WORKED, ids=[name for name, _ in WORKED])
+def test_the_worked_frames_are_the_vendors_and_go_both_ways(name, table):
+    rows = re.findall(r"^\| `([0-9A-F ]+)` \| ([^|]+) \| (?:`([^`]+)`)? ?\| (?:(-?[\d.]+).*)?\|$", table, re.MULTILINE)
+    data = bytes.fromhex("".join(raw for raw, *_ in rows))
+    assert data == frame(name)
+    escaped = "".join(f"\\x{byte:02X}" for byte in data)
+    assert f"'{escaped}' >" in PAGE, "the command of the page makes the same bytes"
+    (event,) = FrameDecoder().feed(data)
+    found, numbers = describe(event)["decoded"], {}
+    for raw, field, worked, value in rows:
+        if not worked:
+            continue
+        assert int(re.search(r"0x([0-9A-F]+)", worked)[1], 16) == int.from_bytes(bytes.fromhex(raw), "little")
+        assert eval(worked) == pytest.approx(float(value), abs=5e-6)
+        numbers[field] = eval(worked)
+        if field in DECODED:
+            key, scale = DECODED[field]
+            assert found[key] * scale == pytest.approx(numbers[field], abs=1e-9)
+    if name.endswith(".request"):
+        payload = twist_request(BodyTwist(numbers["vx"], numbers["vy"], numbers["omega"]))
+        assert encode_frame(0xF8, payload) == data
+    else:
+        assert encode_frame(0x02, dead_reckon_answer(**BY_NAME[name]["input"])) == data
+
+
+def test_two_frames_are_worked():
+    assert len(WORKED) == 2
 
 
 def test_every_sub_command_has_its_row():
