@@ -56,7 +56,8 @@ def directions(robot: Robot) -> list[float]:
     """1/inertia, in rad/s^2 of the wheels for each N m on them, of the three directions of motion; greatest first."""
     m, jz, j = robot.body.mass_kg, robot.body.inertia_kgm2, robot.motor.inertia_kgm2
     rows = [
-        (hx / math.sqrt(m), hy / math.sqrt(m), hw / math.sqrt(jz)) for hx, hy, hw in Kinematics(robot.wheels).inverse_rows
+        (hx / math.sqrt(m), hy / math.sqrt(m), hw / math.sqrt(jz))
+        for hx, hy, hw in Kinematics(robot.wheels).inverse_rows
     ]
     return [value * value / (1.0 + j * value * value) for value in singular_values(rows, 1.0)]
 
@@ -106,7 +107,9 @@ def _greatest_gain(per_inertia: float, corner_share: float, lag_s: float, margin
 def control_table(robot: Robot) -> str:
     """The [control] table of a robot file, comment included."""
     t = tune(robot)
-    bandwidth = f"{t.slow_crossover:.0f} to {t.fast_crossover:.0f} rad/s on the floor, {t.free_crossover:.0f} in the air"
+    bandwidth = (
+        f"{t.slow_crossover:.0f} to {t.fast_crossover:.0f} rad/s on the floor, {t.free_crossover:.0f} in the air"
+    )
     return (
         f"# By scripts/tune.py, which says how: bandwidth {bandwidth};\n"
         f"# {t.bound}, ki/kp is a quarter of the slowest bandwidth.\n"
@@ -127,7 +130,9 @@ def written(path: Path) -> str:
 def main() -> int:
     """Print or write the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("robots", nargs="*", metavar="ROBOT", help="names or .toml files (all that come with wheelbench)")
+    parser.add_argument(
+        "robots", nargs="*", metavar="ROBOT", help="names or .toml files (all that come with wheelbench)"
+    )
     parser.add_argument("--write", action="store_true", help="write the tables into the files")
     args = parser.parse_args()
     for name in args.robots or robot_names():

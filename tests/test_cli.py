@@ -71,7 +71,7 @@ def test_robots(call):
     assert status == 0
     robots = [json.loads(line) for line in out.splitlines()]
     assert [(robot["name"], robot["wheels"], robot["motor"], robot["rc"]) for robot in robots] == [
-        ("deadwheel3", 4, "c610", "frsky-sbus"),
+        ("deadwheel3", 3, "c610", "frsky-sbus"),
         ("dm3519", 4, "dm3519", "uart12"),
         ("m2006", 3, "c610", "uart12"),
         ("mecanum", 4, "c610", "dr16"),
