@@ -17,6 +17,7 @@ VERBS = {
     "check": "compare a recording with a golden, and say in words what differs",
     "decode": "any capture to decoded lines or JSON lines",
     "kin": "wheel speeds from a twist and back, matrices, conditioning",
+    "errata": "the printed formulas of the source documents, run against geometry and the plant",
     "bus": "does it all fit on the motors' CAN bus: loads, worst-case response times, the verdict",
     "dbc": "a DBC of every message on the motors' CAN bus",
     "robots": "what can be driven",
