@@ -13,7 +13,7 @@ from typing import Protocol
 
 from bench import rc_decode
 from bench.config import Robot
-from bench.controller import SpeedController
+from bench.controller import control_of
 from bench.drive import DRIVER_CORE, Drive
 from bench.kinematics import Kinematics, desaturate
 from bench.link import RcLink
@@ -46,7 +46,7 @@ class Base:
         self.motors = motor_bus(robot)
         self.reckoning = reckoning_of(robot, self.motors, self.kinematics, counts_rims=tells_rims(robot))
         self.odometry = self.reckoning.odometry if self.reckoning else odometry_of(robot, self.kinematics)
-        self.controller = SpeedController(robot)
+        self.inverse, self.controller = control_of(robot, self.kinematics)
         self.drive = Drive(robot)
         motion = OmniMotion(robot, self.kinematics, self.odometry, self.motors.silences, self.reckoning)
         self.slave = slave_of(robot, motion)
@@ -104,7 +104,7 @@ class Base:
             if self._twist is None:
                 woken = motors.wake()
             self._twist, self._slip_radps = twist, slip_radps
-            speeds_radps = self.kinematics.wheel_speeds(twist)
+            speeds_radps = self.inverse.wheel_speeds(twist)
             if slip_radps:
                 speeds_radps = [speed + slip for speed, slip in zip(speeds_radps, slip_radps, strict=True)]
             self.wanted_radps = desaturate(speeds_radps, self.robot.limits.wheel_radps)

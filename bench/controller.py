@@ -7,8 +7,10 @@ limited to the robot file's value; while it is, the integrator takes nothing tha
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
-from bench.config import Robot
+from bench.config import SPEED_LOOP, Robot
+from bench.kinematics import Kinematics
 
 DT_S = 0.001
 FRICTION_FADE_RADPS = 0.2
@@ -16,6 +18,35 @@ FRICTION_FADE_RADPS = 0.2
 REST_LEAK = 0.98
 """Share of the integrator that survives each tick of standing still as wanted: a robot at rest must not sit on a
 current that static friction happens to balance (it halves in 35 ms)."""
+
+
+class Inverse(Protocol):
+    """Body twist -> wheel speeds."""
+
+    def wheel_speeds(self, twist: Sequence[float]) -> list[float]:
+        """Wheel speeds in rad/s, in wheel order."""
+        ...
+
+
+class Controller(Protocol):
+    """Wheel speeds wanted and measured, rad/s -> currents, A; wheel order, in the wheels' positive sense."""
+
+    def step(self, wanted_radps: Sequence[float], measured_radps: Sequence[float]) -> list[float]:
+        """Currents for this tick."""
+        ...
+
+    def reset(self) -> None:
+        """The motors are off: forget what was summed up."""
+        ...
+
+
+def control_of(robot: Robot, kinematics: Kinematics) -> tuple[Inverse, Controller]:
+    """What the robot's file or a run asks for. Raises UsageError where a printed form is not for this robot."""
+    if robot.control.kind == SPEED_LOOP:
+        return kinematics, SpeedController(robot)
+    from bench.as_printed.choices import control_as_printed
+
+    return control_as_printed(robot, kinematics)
 
 
 class SpeedController:

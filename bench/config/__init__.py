@@ -18,12 +18,16 @@ from bench.config.files import (
     profile_path,
     robot_names,
     robot_path,
+    with_choices,
 )
 from bench.config.table import ConfigError, Table, nearest, read_toml
 from bench.config.values import (
+    CONTROL_KINDS,
+    EXACT,
     ODOMETRY_FORMS,
     PROTOCOLS,
     SLAMWARE_CHOICES,
+    SPEED_LOOP,
     Axis,
     Body,
     Button,
@@ -41,11 +45,14 @@ from bench.config.values import (
 )
 
 __all__ = [
+    "CONTROL_KINDS",
+    "EXACT",
     "ODOMETRY_FORMS",
     "PROFILES_DIR",
     "PROTOCOLS",
     "ROBOTS_DIR",
     "SLAMWARE_CHOICES",
+    "SPEED_LOOP",
     "Axis",
     "Body",
     "Button",
@@ -70,4 +77,5 @@ __all__ = [
     "read_toml",
     "robot_names",
     "robot_path",
+    "with_choices",
 ]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from bench.config.table import ConfigError, nearest
 from bench.config.values import (
+    CONTROL_KINDS,
     MOTOR_KINDS,
     ODOMETRY_FORMS,
     ON_COMMAND_LOSS,
@@ -66,6 +67,10 @@ def check_robot(path: Path, robot: Robot) -> None:
     except ValueError as error:
         raise fail("wheel", str(error)) from None
     _check_dead_wheels(path, robot)
+    if robot.control.kind not in CONTROL_KINDS:
+        raise fail(
+            "control.kind", f"{robot.control.kind!r} is unknown{nearest(robot.control.kind, list(CONTROL_KINDS))}"
+        )
     if robot.odometry not in ODOMETRY_FORMS:
         raise fail("odometry", f"{robot.odometry!r} is unknown{nearest(robot.odometry, list(ODOMETRY_FORMS))}")
     said = robot.slamware

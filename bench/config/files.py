@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from bench.config.checks import check_profile, check_robot
 from bench.config.table import ConfigError, Table, nearest, read_toml
 from bench.config.values import (
+    CONTROL_KINDS,
     DM3519_CHOICES,
+    ODOMETRY_FORMS,
     Axis,
     Body,
     Button,
@@ -87,6 +90,19 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
     )
     data.refuse_rest()
     check_robot(path, robot)
+    return robot
+
+
+def with_choices(robot: Robot, controller: str | None = None, odometry: str | None = None) -> Robot:
+    """The robot with another controller or odometry than its file's. Raises ConfigError with the nearest name."""
+    if controller is not None:
+        if controller not in CONTROL_KINDS:
+            raise ConfigError(f"no controller is called {controller!r}{nearest(controller, list(CONTROL_KINDS))}")
+        robot = replace(robot, control=replace(robot.control, kind=controller))
+    if odometry is not None:
+        if odometry not in ODOMETRY_FORMS:
+            raise ConfigError(f"no odometry is called {odometry!r}{nearest(odometry, list(ODOMETRY_FORMS))}")
+        robot = replace(robot, odometry=odometry)
     return robot
 
 

@@ -11,7 +11,16 @@ PROTOCOLS = ("uart12", "sbus", "dbus", "ibus", "crsf")
 MOTOR_KINDS = ("c610", "dm3519")
 ON_COMMAND_LOSS = {"c610": ("hold", "zero"), "dm3519": ("hold", "zero", "fault")}
 DM3519_CHOICES = {"feedback": ("temperatures", "error"), "clear_error": ("long", "short")}
-ODOMETRY_FORMS = ("exact",)
+SPEED_LOOP, EXACT = "speed-loop", "exact"
+# What is called "-as-printed" is a fault of a source document, to be chosen on purpose. docs/errata.md.
+CONTROL_KINDS = (
+    SPEED_LOOP,
+    "current-as-printed",
+    "inverse-004-as-printed",
+    "document-001-four-as-printed",
+    "document-001-mecanum-as-printed",
+)
+ODOMETRY_FORMS = (EXACT,)
 SLAMWARE_CHOICES = {
     "dialect": ("firmware-2018", "firmware-2018-omni", "firmware-2015", "sdk-2020"),
     "behaviour": ("strict", "as_reference_firmware"),
@@ -121,6 +130,8 @@ class Control:
     kp_a_per_radps: float
     ki_a_per_rad: float
     feed_forward: bool = True
+    kind: str = SPEED_LOOP
+    """What turns a twist into currents: one of CONTROL_KINDS."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +222,7 @@ class Robot:
     dead_wheels: tuple[Wheel, ...] = ()
     """Passive wheels with an encoder each: they turn with the ground, carry nothing and drive nothing."""
     gyro: Gyro | None = None
-    odometry: str = "exact"
+    odometry: str = EXACT
     """How increments become a pose: one of ODOMETRY_FORMS."""
     rc: Profile | None = None
     source: str = ""

@@ -110,8 +110,8 @@ def _row_11() -> Evidence:
             Figure("y = 1: every contact slips by", (0.0,), (slip,), "m/s"),
             Figure("x = 1 drives: right, forward, R yaw", (1.0, 0.0, 0.0), _rim_motion(sideways), "m/s"),
         ),
-        f"One wheel stands still in straight travel: the robot drives {_angle_deg(_rim_motion(forward)):.0f} deg off to "
-        f"the left, turns, and drags all four wheels at {slip:.2f} of its speed.",
+        f"One wheel stands still in straight travel: the robot drives {_angle_deg(_rim_motion(forward)):.0f} deg "
+        f"off to the left, turns, and drags all four wheels at {slip:.2f} of its speed.",
     )
 
 
