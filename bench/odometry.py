@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from bench.config import Robot
+from bench.config import EXACT, Robot
 from bench.kinematics import Kinematics
 from bench.messages import Pose
 
@@ -87,10 +87,13 @@ class Odometry:
         return c * dx + s * dy, c * dy - s * dx, self._heading_rad - heading0
 
 
-FORMS: dict[str, type[Odometry]] = {"exact": Odometry}
-"""How increments become a pose, by the name that a robot file's `odometry` gives (bench.config.ODOMETRY_FORMS)."""
-
-
 def odometry_of(robot: Robot, kinematics: Kinematics) -> Odometry:
-    """The odometry that a robot's file or a run asks for, over the wheels that `kinematics` is of."""
-    return FORMS[robot.odometry](kinematics)
+    """The odometry that a robot's file or a run asks for, over the wheels that `kinematics` is of.
+
+    Raises UsageError where a printed form is not for this robot.
+    """
+    if robot.odometry == EXACT:
+        return Odometry(kinematics)
+    from bench.as_printed.choices import odometry_as_printed
+
+    return odometry_as_printed(robot, kinematics)

@@ -49,15 +49,11 @@ BUILDS_ON = {
     "dm3519.py": FOUNDATION | {"bench.canbus", "bench.m2006"},
     "motors.py": FOUNDATION | {"bench.canbus", "bench.m2006", "bench.dm3519"},
     "canbus/": {"bench.canbus"},
-<<<<<<< HEAD
     "instruments.py": FOUNDATION | {"bench.canbus", "bench.kinematics", "bench.m2006"},
     "reckoning.py": FOUNDATION | {"bench.instruments", "bench.kinematics", "bench.m2006", "bench.odometry"},
-    "controller.py": FOUNDATION,
-=======
     "controller.py": FOUNDATION | {"bench.kinematics", "bench.as_printed.choices"},  # the latter only when asked for
->>>>>>> 081c5bc (control.kind: a printed form of document 004 or 001 in the controller's place, chosen on purpose; rows 26 and 27 in the plant)
     "link.py": FOUNDATION,
-    "odometry.py": FOUNDATION | {"bench.kinematics"},
+    "odometry.py": FOUNDATION | {"bench.kinematics", "bench.as_printed.choices"},
     "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
     "rc_decode.py": FOUNDATION | {"bench.rc"},
     "plant.py": FOUNDATION | {"bench.kinematics", "bench.contact", "bench.loads"},

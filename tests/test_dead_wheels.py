@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.config import ODOMETRY_FORMS, ConfigError, Gyro, load_robot
-from bench.odometry import FORMS
+from bench.config import ConfigError, Gyro, load_robot
 
 ROOT = Path(__file__).parents[1]
 DEAD_WHEELS = "".join(
@@ -80,7 +79,3 @@ def test_what_cannot_be_is_refused_with_file_and_key(tmp_path, old, new, says):
 def test_an_unknown_form_of_odometry_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="odometry: 'exakt' is unknown; did you mean exact"):
         load_robot(robot_file(tmp_path, "", top='odometry = "exakt"\n'))
-
-
-def test_every_form_that_a_file_may_name_exists():
-    assert tuple(FORMS) == ODOMETRY_FORMS

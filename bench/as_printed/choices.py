@@ -8,15 +8,15 @@ and signs are turned here, so that a form fails by its own fault and by nothing 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import ClassVar, NamedTuple
 
-from bench.as_printed import document_001, document_004
+from bench.as_printed import document_000, document_001, document_002, document_004
 from bench.config import Robot
 from bench.controller import Controller, Inverse, SpeedController
 from bench.errors import UsageError
-from bench.kinematics import Kinematics
-from bench.odometry import wrap
+from bench.kinematics import Kinematics, Row
+from bench.odometry import Odometry, wrap
 
 SAME_ANGLE_RAD = math.radians(0.01)
 SAME_LENGTH = 1e-6
@@ -131,6 +131,92 @@ class Mecanum001AsPrinted:
         vx, vy, omega = twist
         printed = document_001.mecanum_as_printed(-vy, vx, self._lever_m * omega, 0.0)
         return [speed / self._radius_m for speed in printed]
+
+
+class Forward004AsPrinted(Odometry):
+    """Document 004: r/3 times the transpose, which undoes nothing. Rows 23 and 24."""
+
+    __slots__ = ("_layout",)
+
+    def __init__(self, robot: Robot, kinematics: Kinematics) -> None:
+        super().__init__(kinematics)
+        self._layout = fitting(robot.odometry, robot, kinematics, None, 3)
+
+    def advance(self, increments_rad: Sequence[float]) -> None:
+        """Move by what the wheels turned, as the document reads it."""
+        bearings, distance_m, radius_m, clockwise = self._layout
+        turned = [sign * increment for sign, increment in zip(clockwise, increments_rad, strict=True)]
+        right, forward, turn = document_004.forward_as_printed(turned, bearings, distance_m, radius_m)
+        self.move(forward, -right, -turn)
+
+
+class Forward000AsPrinted(Odometry):
+    """Document 000: dx, dy, dtheta from three rims, with dy (and in one form dx) wrong. Rows 1 to 4."""
+
+    __slots__ = ("_form", "_layout")
+
+    FORMS: ClassVar[dict[str, tuple[Sequence[float], Callable[[float, float, float, float], Row]]]] = {
+        "document-000-a-as-printed": (document_000.BEARINGS_A_DEG, document_000.layout_a_code_as_printed),
+        "document-000-a-text-as-printed": (document_000.BEARINGS_A_DEG, document_000.layout_a_text_as_printed),
+        "document-000-b-as-printed": (document_000.BEARINGS_B_DEG, document_000.layout_b_text_as_printed),
+    }
+
+    def __init__(self, robot: Robot, kinematics: Kinematics) -> None:
+        super().__init__(kinematics)
+        bearings_deg, self._form = self.FORMS[robot.odometry]
+        self._layout = fitting(robot.odometry, robot, kinematics, bearings_deg, 3)
+
+    def advance(self, increments_rad: Sequence[float]) -> None:
+        """Move by what the wheels turned, as the document reads it."""
+        _, distance_m, radius_m, clockwise = self._layout
+        a, b, c = (-sign * radius_m * increment for sign, increment in zip(clockwise, increments_rad, strict=True))
+        self.move(*self._form(a, b, c, distance_m))
+
+
+class Odometry002AsPrinted(Odometry):
+    """Document 002: what its code makes of the rims of its three dead wheels, every 5 ms. Rows 17 to 19.
+
+    Its closed formulas are right, so any robot's increments will do: they are turned into what three such wheels would
+    have counted.
+    """
+
+    __slots__ = ("_moves", "_position", "_sums")
+
+    def __init__(self, robot: Robot, kinematics: Kinematics) -> None:
+        super().__init__(kinematics)
+        self._position = document_002.PositionAsPrinted()
+        self._sums = (0.0, 0.0, 0.0)
+        self._moves = 0
+
+    def move(self, ux: float, uy: float, dtheta: float) -> None:
+        """Gather body increments of a millisecond each; every fifth, call the document's code."""
+        x_m, y_m, turn_rad = self._sums
+        self._sums = x_m, y_m, turn_rad = x_m + ux, y_m + uy, turn_rad + dtheta
+        self._moves += 1
+        if self._moves < document_002.DELTA_T_MS:
+            return
+        self._moves, self._sums = 0, (0.0, 0.0, 0.0)
+        per_ms = 1000.0 / document_002.DELTA_T_MS
+        v_f, v_i, v_r = (
+            per_ms * (y_m * math.cos(bearing) - x_m * math.sin(bearing) + document_002.DISTANCE_MM / 1000.0 * turn_rad)
+            for bearing in map(math.radians, document_002.BEARINGS_DEG)
+        )
+        self._position = document_002.calculate_position_as_printed(self._position, v_f, v_i, v_r)
+        right_mm, forward_mm, yaw_deg = self._position
+        self._x_m, self._y_m = forward_mm / 1000.0, -right_mm / 1000.0
+        self._heading_rad = math.radians(yaw_deg)
+
+
+def odometry_as_printed(robot: Robot, kinematics: Kinematics) -> Odometry:
+    """The printed form that `odometry` names. Raises UsageError where it is not for this robot."""
+    name = robot.odometry
+    if name == "document-002-as-printed":
+        return Odometry002AsPrinted(robot, kinematics)
+    if robot.gyro is not None:
+        raise UsageError(f"{name}: reads heading from wheels, and {robot.name} has a gyro; leave its [gyro] out")
+    if name == "forward-004-as-printed":
+        return Forward004AsPrinted(robot, kinematics)
+    return Forward000AsPrinted(robot, kinematics)
 
 
 def control_as_printed(robot: Robot, kinematics: Kinematics) -> tuple[Inverse, Controller]:

@@ -20,7 +20,14 @@ CONTROL_KINDS = (
     "document-001-four-as-printed",
     "document-001-mecanum-as-printed",
 )
-ODOMETRY_FORMS = (EXACT,)
+ODOMETRY_FORMS = (
+    EXACT,
+    "forward-004-as-printed",
+    "document-000-a-as-printed",
+    "document-000-a-text-as-printed",
+    "document-000-b-as-printed",
+    "document-002-as-printed",
+)
 SLAMWARE_CHOICES = {
     "dialect": ("firmware-2018", "firmware-2018-omni", "firmware-2015", "sdk-2020"),
     "behaviour": ("strict", "as_reference_firmware"),
