@@ -18,6 +18,7 @@ from bench.as_printed import document_001 as d1
 from bench.as_printed import document_002 as d2
 from bench.as_printed import document_003 as d3
 from bench.as_printed import document_004 as d4
+from bench.config import load_robot
 from bench.errata import DOCUMENTS, ROWS, rows
 from bench.errata.algebra import AXES, returned, rows_of, tangential, worst
 from bench.errata.document_001 import FOUR, MECANUM, THREE, right_wheels
@@ -83,7 +84,7 @@ REFERENCE = {
     # In the plant: closed forms of m2006-c610.md, 4.4, and of plant-model.md.
     (26, "0.2 m/s"): ((0.2,), (0,), 1e-3),  # 0.116 A less than what friction and rolling loss want
     (26, "2 rad/s"): ((2,), (0,), 1e-3),
-    (26, "standing"): ((0.25 * 0.18,), (0,), 1e-9),
+    (26, "standing"): ((0.18 * load_robot("m2006").control.kp_a_per_radps,), (0,), 1e-9),
     (27, "1.0 m/s forward"): ((1.0,), (0.5186,), 1e-3),
     (27, "current for"): ((1.03,), (0.6,), 5e-3),
     (28, "row of wheel 1"): ((9.58589, -35.77503, 2.25926), (9.58589, -35.77503, 2.25926), 0.04),
@@ -191,7 +192,7 @@ def test_document_001_the_fast_sine_is_near_the_sine_in_its_range(angle):
     assert d1.my_cos_as_printed(angle) == pytest.approx(math.cos(angle), abs=1.1e-3)
 
 
-@given(st.floats(-720, -200))
+@given(st.floats(-720, -205))
 def test_document_001_the_fast_sine_fails_below_its_range_and_passes_once_wrapped(degrees):
     angle = math.radians(degrees)
     assert d1.my_sin_as_printed(math.remainder(angle, math.tau)) == pytest.approx(math.sin(angle), abs=1.1e-3)
@@ -309,7 +310,8 @@ def test_printed_forms_say_so_in_their_names_and_which_row_they_are():
         assert functions
         for function in functions:
             assert "asprinted" in function.__name__.lower().replace("_", ""), function
-            assert "Row" in function.__doc__ or function.__name__.startswith(("_", "Position")), function
+            if not function.__name__.startswith(("_", "Position")):
+                assert "Row" in function.__doc__, function
 
 
 # --- the verb ----------------------------------------------------------------------------------------------------

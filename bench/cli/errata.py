@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from bench.errata.values import Evidence, Figure, Row
 
-LABEL, NAME, RIGHT, PRINTED = 11, 27, 20, 21
+LABEL, NAME, RIGHT, PRINTED = 12, 26, 19, 20
 """Widths of the columns: 80 with a space between two."""
 
 
@@ -92,7 +92,7 @@ def _columns(label: str, name: str, right: str, printed: str) -> list[str]:
     cells = (textwrap.wrap(name, NAME), textwrap.wrap(right, RIGHT), textwrap.wrap(printed, PRINTED))
     lines = []
     for one, two, three in zip_longest(*cells, fillvalue=""):
-        lines.append(f"{label:{LABEL + 2}}{one:{NAME}} {two:{RIGHT - 1}} {three}".rstrip())
+        lines.append(f"{label:{LABEL}} {one:{NAME}} {two:{RIGHT}} {three}".rstrip())
         label = ""
     return lines
 
@@ -100,8 +100,7 @@ def _columns(label: str, name: str, right: str, printed: str) -> list[str]:
 def _paragraph(label: str, text: str) -> list[str]:
     import textwrap
 
-    indent = " " * (LABEL + 2)
-    return textwrap.wrap(text, 80, initial_indent=f"{label:{LABEL + 2}}", subsequent_indent=indent)
+    return textwrap.wrap(text, 80, initial_indent=f"{label:{LABEL}} ", subsequent_indent=" " * (LABEL + 1))
 
 
 def _values(values: tuple[float, ...]) -> str:
