@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument("robot", metavar="ROBOT", help="a name that `wheelbench robots` lists, or a .toml file")
     parser.add_argument(
-        "--feedback-hz", metavar="N", type=int, default=1000, help="reports a second of each ESC (1000)"
+        "--feedback-hz", metavar="N", type=int, default=1000, help="reports a second of each ESC, encoder and gyro (1000)"
     )
     parser.add_argument("--command-hz", metavar="N", type=int, default=1000, help="commands a second of a group (1000)")
     parser.add_argument(
@@ -42,6 +42,7 @@ def run(args: argparse.Namespace) -> int:
     import json
 
     from bench.canbus.budget import CLASH, TOO_MUCH, budget, guaranteed_feedback_hz
+    from bench.canbus.instruments import instrument_streams
     from bench.canbus.streams import streams
     from bench.config import load_robot
     from bench.errors import EXIT_FAILED, EXIT_OK
@@ -52,10 +53,13 @@ def run(args: argparse.Namespace) -> int:
     for name in ("feedback_hz", "command_hz", "bitrate"):
         _check_range(f"--{name.replace('_', '-')}", getattr(args, name), 1, 1_000_000)
     if args.log is not None:
-        return _measured(family, [wheel.can_id for wheel in robot.wheels], args)
+        return _measured(family, [wheel.can_id for wheel in (*robot.wheels, *robot.dead_wheels)], args)
     rates = {"feedback_hz": args.feedback_hz, "command_hz": args.command_hz}
     others = [_other(text) for text in args.also]
     counts = _node_counts(args.nodes)
+    if not counts:
+        boards = sorted(wheel.can_id for wheel in robot.dead_wheels)
+        others += instrument_streams(boards, robot.gyro.can_id if robot.gyro else None, args.feedback_hz)
     if len(counts) > 1:
         return _many(family, counts, rates, others, args)
     numbers = range(1, counts[0] + 1) if counts else sorted(wheel.can_id for wheel in robot.wheels)

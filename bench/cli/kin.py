@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from bench.config import Robot
     from bench.kinematics import Kinematics
 
 
@@ -37,6 +38,8 @@ def run(args: argparse.Namespace) -> int:
         facts = {"twist": list(kinematics.twist(wheels)), "wheels_radps": wheels, "slip": kinematics.slip(wheels)}
     else:
         facts = _matrices(kinematics)
+        if robot.dead_wheels:
+            facts |= _dead_wheels(robot)
     if args.json:
         print(json.dumps(facts))
         return 0
@@ -58,6 +61,16 @@ def _matrices(kinematics: Kinematics) -> dict[str, object]:
         "singular_values": values,
         "condition": values[0] / values[2],
     }
+
+
+def _dead_wheels(robot: Robot) -> dict[str, object]:
+    """H of the passive wheels, and the way back where there are enough of them."""
+    from bench.kinematics import Kinematics, speed_rows
+
+    facts: dict[str, object] = {"twist_to_dead_wheels": [list(row) for row in speed_rows(robot.dead_wheels)]}
+    if len(robot.dead_wheels) >= 3:
+        facts["dead_wheels_to_twist"] = [list(row) for row in Kinematics(robot.dead_wheels).forward_rows]
+    return facts
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:

@@ -90,11 +90,21 @@ def _motion(snapshot: Snapshot) -> list[_Row]:
     pose, guess = snapshot.pose, snapshot.odometry
     off_mm = 1000.0 * math.hypot(guess.x_m - pose.x_m, guess.y_m - pose.y_m)
     off_deg = math.degrees(abs(wrap(guess.heading_rad - pose.heading_rad)))
+    slip = f"slip {snapshot.slip_radps:.2f}" if snapshot.slip_radps is not None else ""
+    slips = snapshot.slip_radps is not None and snapshot.slip_radps > snapshot.slip_limit_radps
     place = f"x {signed(pose.x_m, 6, 3)} m", f"y {signed(pose.y_m, 6, 3)} m"
     return [
         (4, _row("twist", *_twist(snapshot.twist))),
         (5, _row("pose", *place, f"{signed(math.degrees(pose.heading_rad), 6, 1)} deg")),
-        (8, _row("odo off", f"{off_mm:.1f} mm", "", f"{off_deg:.2f} deg")),
+        (
+            8,
+            [
+                _label("odo off"),
+                (f"{off_mm:.1f} mm".rjust(COLUMN), PLAIN),
+                (slip.rjust(COLUMN), WARN if slips else PLAIN),
+                (f"{off_deg:.2f} deg".rjust(COLUMN), PLAIN),
+            ],
+        ),
     ]
 
 

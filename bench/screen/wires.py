@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from bench import m2006
 from bench.canbus.c610 import COMMAND_IDS
+from bench.canbus.instruments import GYRO_ID, GYROS, RATE_PER_RADPS, gyro
 from bench.messages import CanFrame
 from bench.motors import family
 from bench.screen.scene import Scene
@@ -16,6 +17,7 @@ from bench.slamware import summary
 T = TypeVar("T")
 
 NAME_WIDTH = 8
+GYRO_IDS = range(GYRO_ID + 1, GYRO_ID + GYROS + 1)
 AGE_WIDTH = 7
 
 
@@ -67,8 +69,8 @@ def _commands(frames: Sequence[CanFrame], ma_per_raw: float) -> str:
 
 
 def _feedback(frames: Sequence[CanFrame], room: int, ma_per_raw: float) -> str:
-    """Every ESC's frame; with less room the units go first, then the angle."""
-    fields = [(can_id, m2006.decode_feedback(data)) for can_id, data in frames]
+    """Every ESC's and encoder's frame, and a gyro's; with less room the units go first, then the angle."""
+    fields = [(can_id, m2006.decode_feedback(data)) for can_id, data in frames if can_id not in GYRO_IDS]
     wide, middle, narrow = [], [], []
     for can_id, values in fields:
         if values is None:
@@ -78,8 +80,14 @@ def _feedback(frames: Sequence[CanFrame], room: int, ma_per_raw: float) -> str:
         wide.append(f"{can_id:03X} {angle:4d} cnt {rpm:+6d} rpm {current:+5d} mA")
         middle.append(f"{can_id:03X} {rpm:+6d} rpm {current:+5d} mA")
         narrow.append(f"{can_id:03X} {rpm:+d}/{current:+d}")
+    turning = [f"{can_id:03X} {_gyro(can_id, data)}" for can_id, data in frames if can_id in GYRO_IDS]
     for parts in (wide, middle):
-        text = "   ".join(parts)
+        text = "   ".join(parts + turning)
         if len(text) <= room:
             return text
-    return "  ".join(narrow) + " rpm/mA"
+    return "  ".join([*turning, *narrow]) + " rpm/mA"
+
+
+def _gyro(can_id: int, data: bytes) -> str:
+    values = gyro(can_id - GYRO_ID).decode(data)
+    return f"{values[0] / RATE_PER_RADPS:+.2f} rad/s" if values is not None else data.hex(" ").upper()
