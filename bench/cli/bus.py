@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument("robot", metavar="ROBOT", help="a name that `wheelbench robots` lists, or a .toml file")
     parser.add_argument(
-        "--feedback-hz", metavar="N", type=int, default=1000, help="reports a second of each ESC, encoder and gyro (1000)"
+        "--feedback-hz", metavar="N", type=int, default=1000, help="reports a second of each ESC and board (1000)"
     )
     parser.add_argument("--command-hz", metavar="N", type=int, default=1000, help="commands a second of a group (1000)")
     parser.add_argument(
