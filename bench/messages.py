@@ -90,6 +90,10 @@ class TickInput(NamedTuple):
     """Bytes from a core outside of the bench (a recording's, say). Used where the world has no core of its own."""
 
 
+StateRow: TypeAlias = tuple[float | int | str, ...]
+"""One row of state.csv, in the order of `Bench.state_columns`."""
+
+
 class TickOutput(NamedTuple):
     """What crossed each wire in one tick, and on every `STATE_PERIOD_TICKS`-th tick where the robot was."""
 
@@ -101,8 +105,8 @@ class TickOutput(NamedTuple):
     """Frames that the base sent in this tick."""
     can_feedback: tuple[CanFrame, ...]
     """Frames that the ESCs sent in this tick, after the commands; they reach the base in the next one."""
-    state: tuple[float | int | str, ...] | None
-    """One row of state.csv, in the order of `Bench.state_columns`, or None between two rows."""
+    state: StateRow | None
+    """Where the robot is, or None between two rows."""
 
 
 STATE_PERIOD_TICKS = 10

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings import COLUMNS, ROBOT_TEXT, made_run, record
 
+from bench.check.lines import can_lines
 from bench.check.reading import Recording, as_outputs
 from bench.check.recording import Recorder, RecordingError, RunInfo, write_file
 from bench.messages import TickOutput
@@ -177,6 +178,42 @@ def test_any_bytes_come_back(tmp_path_factory, ticks):
     assert run.ticks == len(ticks)
     assert [(out.rc, out.core_to_base, out.base_to_core) for out in as_outputs(run)] == [tick[:3] for tick in ticks]
     assert run.can == [(n, can_id, data) for n, tick in enumerate(ticks) for can_id, data in tick[3]]
+
+
+_BLOCK = st.tuples(
+    st.integers(0, 20) | st.integers(880, 1010) | st.integers(0, 10**8),
+    st.integers(1, 130),
+    st.lists(st.integers(0, 0x7FF), max_size=3),
+    st.lists(st.integers(0, 0x7FF), max_size=4),
+    st.randoms(use_true_random=False),
+)
+
+
+@given(
+    _BLOCK, st.sampled_from(["alike", "a frame more", "a frame less", "a frame moved", "other", "short", "long", "gap"])
+)
+def test_a_block_in_which_all_ticks_look_alike_has_the_same_lines_as_any_other(block, odd):
+    first, count, commands, feedback, rng = block
+    ticks = list(range(first, first + count))
+    sides = [([(i, rng.randbytes(8)) for i in commands], [(i, rng.randbytes(8)) for i in feedback]) for _ in ticks]
+    n = rng.randrange(count)
+    sent, answered = sides[n]
+    if odd == "gap":
+        ticks[n:] = [tick + 3 for tick in ticks[n:]]
+    elif odd == "a frame more":
+        answered.append((0x203, rng.randbytes(8)))
+    elif odd == "a frame moved" and sent:
+        sides[n - 1][1].append(sent.pop())
+    elif odd != "alike" and sent:
+        can_id, data = sent.pop()
+        sent += {
+            "other": [(can_id ^ 1, data)], "short": [(can_id, data[:-1])], "long": [(can_id, data + b"!")]
+        }.get(odd, [])  # fmt: skip
+    assert can_lines(ticks, [tuple(s) for s, _ in sides], [tuple(a) for _, a in sides]) == "".join(
+        f"({tick // 1000}.{tick % 1000:03d}000) can0 {can_id:03X}#{data.hex().upper()}\n"
+        for tick, (s, a) in zip(ticks, sides, strict=True)
+        for can_id, data in s + a
+    )
 
 
 def test_python_can_reads_the_same_frames(tmp_path):

@@ -112,8 +112,12 @@ class Recorder:
 
     def add(self, out: TickOutput) -> None:
         """Take one tick. Raises RecordingError where the disk refuses, ValueError where a tick was left out."""
+        self.extend((out,))
+
+    def extend(self, outs: Sequence[TickOutput]) -> None:
+        """Take some ticks. Raises as `add` does."""
         block = self._block
-        block.append(out)
+        block += outs
         if len(block) >= BLOCK_TICKS:
             self.flush()
 
@@ -124,9 +128,15 @@ class Recorder:
             return
         if not self._files:
             raise RecordingError(f"{self.directory}: the recording has ended; start another one")
-        if [out.tick for out in block] != list(range(self.ticks, self.ticks + len(block))):
-            raise ValueError(f"ticks {block[0].tick}..{block[-1].tick} do not follow tick {self.ticks - 1} one by one")
-        texts = (rc_lines(block), slamware_lines(block), self._state.lines(block), can_lines(block))
+        ticks, rc, core_to_base, base_to_core, commands, feedback, states = zip(*block, strict=True)
+        if ticks != tuple(range(self.ticks, self.ticks + len(block))):
+            raise ValueError(f"ticks {ticks[0]}..{ticks[-1]} do not follow tick {self.ticks - 1} one by one")
+        texts = (
+            rc_lines(ticks, rc),
+            slamware_lines(ticks, core_to_base, base_to_core),
+            self._state.lines([row for row in states if row is not None]),
+            can_lines(ticks, commands, feedback),
+        )
         try:
             for name, text in zip(LOGS, texts, strict=True):
                 self._write(name, text.encode())

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from bench.check.expectations import Judge
 from bench.check.reading import Recording
-from bench.check.recording import RUN_TOML, Recorder, RunInfo
+from bench.check.recording import BLOCK_TICKS, RUN_TOML, Recorder, RunInfo
 from bench.check.scenario import Scenario, load_scenario
 from bench.config import Robot, load_profile, load_robot, profile_names
 from bench.errors import UsageError
@@ -58,6 +58,23 @@ class Run:
         bench, inputs = self.bench, self.inputs
         for tick in range(self.ticks):
             yield bench.tick(inputs(tick))
+
+    def blocks(self) -> Iterator[list[TickOutput]]:
+        """The same, `BLOCK_TICKS` at a time: what follows a run costs a third of tick by tick then.
+
+        Where a tick raises an error, the ones before it come first.
+        """
+        run_tick, inputs = self.bench.tick, self.inputs
+        block: list[TickOutput] = []
+        try:
+            for start in range(0, self.ticks, BLOCK_TICKS):
+                block = []
+                for tick in range(start, min(start + BLOCK_TICKS, self.ticks)):
+                    block.append(run_tick(inputs(tick)))
+                yield block
+        except Exception:
+            yield block
+            raise
 
 
 def from_source(

@@ -15,26 +15,27 @@ from bench.io.clock import now_ns
 from bench.messages import TickOutput
 
 BAR_WIDTH = 32
-BAR_EVERY_TICKS = 500
+BAR_EVERY_BLOCKS = 5
 
 
 def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) -> tuple[Summary, float]:
     """Run to the end; returns what happened and how many times faster than real time it was.
 
-    Ctrl-C and SIGTERM end the run after a whole tick, and the recorder is closed whatever happens: nothing already
-    recorded is lost. Raises KeyboardInterrupt for either.
+    Ctrl-C and SIGTERM end the run after a whole block of ticks, and the recorder is closed whatever happens: nothing
+    already recorded is lost. Raises KeyboardInterrupt for either.
     """
     summary = Summary(len(run.bench.robot.wheels))
     judge = run.judge
     started_ns = now_ns()
     with _asked_to_stop() as asked:
         try:
-            for out in _with_bar(run, quiet):
+            for block in _with_bar(run, quiet):
                 if recorder is not None:
-                    recorder.add(out)
-                summary.add(out)
+                    recorder.extend(block)
+                summary.extend(block)
                 if judge is not None:
-                    judge.add(out)
+                    for out in block:
+                        judge.add(out)
                 if asked:
                     raise KeyboardInterrupt
         finally:
@@ -70,19 +71,20 @@ def _asked_to_stop() -> Iterator[list[int]]:
             signal.signal(number, handler)
 
 
-def _with_bar(run: Run, quiet: bool) -> Iterable[TickOutput]:
+def _with_bar(run: Run, quiet: bool) -> Iterable[list[TickOutput]]:
     if quiet or not sys.stderr.isatty():
-        return run
+        return run.blocks()
     return _bar(run)
 
 
-def _bar(run: Run) -> Iterable[TickOutput]:
+def _bar(run: Run) -> Iterable[list[TickOutput]]:
     try:
-        for out in run:
-            if out.tick % BAR_EVERY_TICKS == 0:
-                done = out.tick * BAR_WIDTH // run.ticks
-                seconds = f"{out.tick / 1000:.1f}/{run.ticks / 1000:.1f} s"
+        for number, block in enumerate(run.blocks()):
+            if number % BAR_EVERY_BLOCKS == 0 and block:
+                tick = block[0].tick
+                done = tick * BAR_WIDTH // run.ticks
+                seconds = f"{tick / 1000:.1f}/{run.ticks / 1000:.1f} s"
                 print(f"\r{run.title} [{'#' * done}{'.' * (BAR_WIDTH - done)}] {seconds} ", end="", file=sys.stderr)
-            yield out
+            yield block
     finally:
         print("\r\x1b[K", end="", file=sys.stderr, flush=True)
