@@ -79,11 +79,11 @@ class GoldenLamp:
 
     def _compare_row(self, out: TickOutput) -> None:
         expected, columns = self._rows.get(out.tick), len(self._golden.state_columns)
-        values = len(out.state or ())
-        if expected is None or values != columns:
-            self.first = Difference(out.tick, STATE, "values", columns if expected else None, values)
+        row = out.state or ()
+        if expected is None or len(row) != columns:
+            self.first = Difference(out.tick, STATE, "values", columns if expected else None, len(row))
             return
-        got = self._format.lines([out]).rstrip("\n").encode()
+        got = self._format.lines([row]).rstrip("\n").encode()
         if got != expected:
             self._compare_frame(out.tick, STATE, expected, got)
 
