@@ -1,7 +1,7 @@
 """Speed-loop gains of a robot file, by a stated method: what stands in each file's [control] table.
 
-    python scripts/tune.py [ROBOT ...]      print the [control] table of these robots, or of all
-    python scripts/tune.py --write          write the tables into bench/robots/
+    python scripts/tune.py [ROBOT ...]      print the gains of these robots, or of all
+    python scripts/tune.py --write          write them into the robot files
 
 The loop. A motor's torque moves its wheel, and through the floor the body and the other wheels. Without slip the wheels
 accelerate by H M^-1 H' tau, with M = diag(m, m, Jz) + J H'H: three directions of motion, each a first-order lag of its
@@ -104,43 +104,45 @@ def _greatest_gain(per_inertia: float, corner_share: float, lag_s: float, margin
     return low
 
 
-def control_table(robot: Robot) -> str:
-    """The [control] table of a robot file, comment included."""
-    t = tune(robot)
-    bandwidth = (
-        f"{t.slow_crossover:.0f} to {t.fast_crossover:.0f} rad/s on the floor, {t.free_crossover:.0f} in the air"
-    )
+def comment(t: Tuning) -> str:
+    """What stands over the [control] table of a robot file."""
+    floor = f"{t.slow_crossover:.0f} to {t.fast_crossover:.0f} rad/s on the floor"
     return (
-        f"# By scripts/tune.py, which says how: bandwidth {bandwidth};\n"
-        f"# {t.bound}, ki/kp is a quarter of the slowest bandwidth.\n"
-        "[control]\n"
-        f"kp_a_per_radps = {t.kp_a_per_radps:g}\n"
-        f"ki_a_per_rad = {t.ki_a_per_rad:g}\n"
-        f"feed_forward = {str(robot.control.feed_forward).lower()}\n"
+        f"# By scripts/tune.py, which says how: bandwidth {floor}, {t.free_crossover:.0f} in the air;\n"
+        f"# {t.bound}, ki/kp is a quarter of the slowest bandwidth."
     )
+
+
+def gains(t: Tuning) -> dict[str, str]:
+    """The lines of the table that are tuned, by key."""
+    return {key: f"{key} = {getattr(t, key):g}" for key in ("kp_a_per_radps", "ki_a_per_rad")}
 
 
 def written(path: Path) -> str:
-    """The file's text with its [control] table, and the comment over it, as they should be."""
-    text = path.read_text(encoding="utf-8")
-    table = re.compile(r"(?:^#[^\n]*\n)*^\[control\]\n(?:^(?!\[)[^\n]+\n)*", re.MULTILINE)
-    return table.sub(lambda _: control_table(load_robot(path)), text, count=1)
+    """The file's text with the gains, and the comment over their table, as they should be."""
+    t = tune(load_robot(path))
+    above, mark, below = path.read_text(encoding="utf-8").partition("\n[control]\n")
+    above = re.sub(r"(?:\n#[^\n]*)*\Z", "", above)
+    for key, line in gains(t).items():
+        below = re.sub(rf"^{key} *=.*$", line, below, count=1, flags=re.MULTILINE)
+    return f"{above}\n{comment(t)}{mark}{below}"
 
 
 def main() -> int:
-    """Print or write the tables."""
+    """Print or write the gains."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
         "robots", nargs="*", metavar="ROBOT", help="names or .toml files (all that come with wheelbench)"
     )
-    parser.add_argument("--write", action="store_true", help="write the tables into the files")
+    parser.add_argument("--write", action="store_true", help="write them into the files")
     args = parser.parse_args()
     for name in args.robots or robot_names():
         path = robot_path(name)
         if args.write:
             path.write_text(written(path), encoding="utf-8")
         else:
-            print(f"{name}\n{control_table(load_robot(path))}")
+            t = tune(load_robot(path))
+            print("\n".join((name, comment(t), "[control]", *gains(t).values(), "")))
     return 0
 
 

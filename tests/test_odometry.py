@@ -472,7 +472,7 @@ def test_state_rows_have_truth_beside_what_was_decoded():
     rig.run(600)
     row = dict(zip(rig.bench.state_columns, [out.state for out in rig.outputs if out.state][-1], strict=True))
     for number in (1, 2, 3):
-        assert abs(row[f"dead{number}_rad"]) > 0.5
+        assert abs(row[f"dead{number}_rad"]) > 0.4
         assert row[f"dead{number}_encoder_rad"] == pytest.approx(row[f"dead{number}_rad"], abs=math.tau / 8192)
     assert row["gyro_heading_rad"] == pytest.approx(row["heading_rad"], abs=1e-5)
 
