@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from bench.config.values import (
     Robot,
 )
 
+MOST_ROTOR_RPM = 30_000
+"""Half a turn between two reports, which come once a millisecond."""
 MOST_BINARY_CONFIGURATION_BYTES = 1019
 """In a long frame that a core's buffer of 1024 bytes takes."""
 
@@ -44,6 +47,14 @@ def check_robot(path: Path, robot: Robot) -> None:
                 raise fail(f"{table}.{item.name}", f"expected a positive number, got {value}")
     if len(robot.wheels) < 3:
         raise fail("wheel", f"an omni base needs at least three wheels, got {len(robot.wheels)}")
+    for wheel in robot.wheels:
+        rotor_rpm = robot.limits.wheel_radps * wheel.gear * 30.0 / math.pi
+        if rotor_rpm > MOST_ROTOR_RPM:
+            what = f"{robot.limits.wheel_radps:g} rad/s turn the rotor of {wheel.name!r} at {rotor_rpm:.0f} rpm"
+            raise fail(
+                "limits.wheel_radps",
+                f"{what}; over {MOST_ROTOR_RPM} its angle, told once a millisecond, does not say which way it turned",
+            )
     for key in ("can_id", "name"):
         seen = [getattr(wheel, key) for wheel in robot.wheels]
         twice = [value for value in seen if seen.count(value) > 1]

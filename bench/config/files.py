@@ -31,6 +31,8 @@ from bench.fittings import read_fittings
 
 ROBOTS_DIR = Path(__file__).parents[1] / "robots"
 PROFILES_DIR = Path(__file__).parents[1] / "profiles"
+MOST_WHEELS = 8
+"""Ids of ESCs on one bus: 0x201 to 0x208 report."""
 
 
 def robot_names() -> list[str]:
@@ -62,7 +64,10 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
     data = Table(path, "", read_toml(path))
     data.take_schema()
     motor = data.table("motor").into(Motor)
-    wheels = tuple(_read_wheel(entry) for entry in data.tables("wheel"))
+    entries = data.tables("wheel")
+    if len(entries) > MOST_WHEELS:
+        raise data.fail("wheel", f"a CAN bus has the ids 1 to {MOST_WHEELS}, got {len(entries)} wheels")
+    wheels = tuple(map(_read_wheel, entries))
     body = data.table("body").into(Body)
     rc = data.get("rc", str, None)
     if profile is None and rc is not None:
