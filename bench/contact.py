@@ -18,6 +18,8 @@ satisfies all rows. Modes rarely change from one step to the next, and with the 
 three unknowns, with an inverse that depends on the modes alone and is kept. So a step multiplies by the inverse of the
 last modes and checks that every row agrees with its mode. Where one does not, projected Gauss-Seidel over all rows,
 started from the last impulses, finds the new modes.
+
+Walls that the base leans on (`walls`) are further rows of the same system; without one not a bit is another.
 """
 
 from __future__ import annotations
@@ -28,11 +30,14 @@ from typing import TypeAlias
 from bench.config import Ground, Wheel
 from bench.kinematics import Kinematics, Row
 from bench.messages import ZERO_TWIST, BodyTwist
+from bench.walls import WallRows
 
 TOLERANCE_MPS = 1e-12
 """Sweeps end with the one in which no row changed its contact speed by more, if the modes did not settle it before."""
 MAX_SWEEPS = 1000
 """Cap of the sweeps of one step, so that a step's work is bounded. The last sweep's result is then used as it is."""
+MAX_WALL_SWEEPS = 250
+"""The same at a wall. What a capped step leaves (some 1e-5 m/s into the wall) the engine and the next step take."""
 MAX_SHAPES = 4096
 """Inverses that are kept. Three wheels have at most 216, and a drive uses some 30."""
 DEPENDENT_BELOW = 1e-9
@@ -60,8 +65,8 @@ class Contact:
     """
 
     __slots__ = (
-        "_checks", "_grip", "_inverse", "_kept", "_known", "_mass", "_pushes", "_rolling", "_rows", "_sweep_rows",
-        "_yaw_inertia", "impulses_ns", "speeds_radps", "sweeps",
+        "_checks", "_freedoms", "_grip", "_inverse", "_kept", "_known", "_mass", "_pushes", "_rolling", "_rows",
+        "_sweep_rows", "_yaw_inertia", "impulses_ns", "speeds_radps", "sweeps",
     )  # fmt: skip
 
     def __init__(
@@ -90,13 +95,15 @@ class Contact:
         self.impulses_ns: list[Impulses] = [(0.0, 0.0)] * len(wheels)
         self.sweeps = 0
         """Gauss-Seidel sweeps of the last step: 0 where the modes of the step before still held."""
-        self._known: dict[tuple[Mode, ...], tuple[Matrix, list[tuple[Row, Row]]]] = {}
+        self._known: dict[tuple[Mode, ...], tuple[Matrix, list[tuple[Row, Row]], int]] = {}
         self._adopt([(STANDS, HOLDS)] * len(wheels), self.impulses_ns)
 
-    def solve(self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState]) -> Row:
+    def solve(
+        self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState], walls: WallRows | None = None
+    ) -> Row:
         """Body velocity (vx, vy, omega), in a frame that stands still during the step, before -> after the step."""
         self.sweeps = 0
-        return self._direct(vx, vy, omega, wheels) or self._search(vx, vy, omega, wheels)
+        return self._direct(vx, vy, omega, wheels, walls) or self._search(vx, vy, omega, wheels, walls)
 
     def slips_mps(self, vx: float, vy: float, omega: float) -> list[float]:
         """Along each roller axis: the body's speed over the floor minus what the wheel rolls."""
@@ -105,7 +112,9 @@ class Contact:
             for (ax, ay, arm, _, rc, *_), speed in zip(self._rows, self.speeds_radps, strict=True)
         ]
 
-    def _direct(self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState]) -> Row | None:
+    def _direct(
+        self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState], walls: WallRows | None
+    ) -> Row | None:
         """The step with the modes as they are, or None if a row does not agree with its mode."""
         # The bench's hottest lines. zip(strict=True) would add a twentieth to the whole step; the lengths are ours.
         px, py, pw = self._kept
@@ -117,11 +126,21 @@ class Contact:
             px += tx * driven + nx * load
             py += ty * driven + ny * load
             pw += tw * driven + nw * load
+        if walls is not None:
+            leaning = walls.lean(px, py, pw, self._inverse, self._freedoms)
+            if leaning is None:
+                return None
+            px, py, pw = leaning
 
         (ixx, ixy, ixw), (_, iyy, iyw), (_, _, iww) = self._inverse
         new_vx = ixx * px + ixy * py + ixw * pw
         new_vy = ixy * px + iyy * py + iyw * pw
         new_omega = ixw * px + iyw * py + iww * pw
+        if walls is not None:
+            if walls.held:
+                new_vx = new_vy = new_omega = 0.0  # what is left is rounding
+            if not walls.agree(new_vx, new_vy, new_omega):
+                return None
 
         speeds = []
         impulses = []
@@ -159,9 +178,11 @@ class Contact:
             impulses.append((along, across))
         self.speeds_radps = speeds
         self.impulses_ns = impulses
+        if walls is not None:
+            walls.keep()
         return new_vx, new_vy, new_omega
 
-    def _search(self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState]) -> Row:
+    def _search(self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState], walls: WallRows | None) -> Row:
         """Sweep over the rows, each in turn solved exactly with the others as they are, until the modes are found."""
         start = vx, vy, omega
         per_mass, per_yaw = 1.0 / self._mass, 1.0 / self._yaw_inertia
@@ -170,13 +191,20 @@ class Contact:
             vx += (ax * along - ay * across) * per_mass
             vy += (ay * along + ax * across) * per_mass
             omega += (arm * along + arm_across * across) * per_yaw
+        if walls is not None:
+            px, py, pw = walls.push_ns()
+            vx += px * per_mass
+            vy += py * per_mass
+            omega += pw * per_yaw
         modes: list[Mode] = []
         tried: list[Mode] = []
-        for sweep in range(1, MAX_SWEEPS + 1):
+        for sweep in range(1, (MAX_SWEEPS if walls is None else MAX_WALL_SWEEPS) + 1):
             self.sweeps = sweep
             modes = []
             solved = []
             largest = 0.0
+            if walls is not None:  # first, so that the wheels find the body where it is held
+                vx, vy, omega, largest = walls.sweep(vx, vy, omega)
             for row, (k, k_across, softened), (momentum, dry, load), (along, across) in zip(
                 self._rows, self._sweep_rows, wheels, impulses, strict=True
             ):
@@ -215,10 +243,13 @@ class Contact:
                 solved.append((new, new_across))
             impulses = solved
             # Sweeps have the modes long before they have the numbers; the inverse then has the numbers at once.
-            if modes != tried:
+            # A wall's impulse may deny a mode at first and agree with it later.
+            if modes != tried or (walls is not None and (sweep <= 8 or sweep % 16 == 0)):
                 tried = modes
                 self._adopt(modes, impulses)
-                found = self._direct(*start, wheels)
+                found = self._direct(*start, wheels, walls)
+                while not found and walls is not None and walls.relent():
+                    found = self._direct(*start, wheels, walls)
                 if found:
                     return found
             if largest <= TOLERANCE_MPS:
@@ -247,7 +278,7 @@ class Contact:
             if len(self._known) >= MAX_SHAPES:
                 self._known.clear()
             self._known[shape] = self._invert(shape)
-        self._inverse, reactions = self._known[shape]
+        self._inverse, reactions, self._freedoms = self._known[shape]
         self._pushes = []
         self._checks = []
         px = py = pw = 0.0
@@ -280,8 +311,10 @@ class Contact:
             )  # fmt: skip
         self._kept = px, py, pw
 
-    def _invert(self, shape: tuple[Mode, ...]) -> tuple[Matrix, list[tuple[Row, Row]]]:
-        """Momentum -> velocity with these modes; and for each wheel, momentum -> minus the impulses of fixed rows."""
+    def _invert(self, shape: tuple[Mode, ...]) -> tuple[Matrix, list[tuple[Row, Row]], int]:
+        """Momentum -> velocity with these modes; for each wheel, momentum -> minus the impulses of fixed rows; and
+        how many freedoms the fixed rows leave the body.
+        """
         free = ((1.0 / self._mass, 0.0, 0.0), (0.0, 1.0 / self._mass, 0.0), (0.0, 0.0, 1.0 / self._yaw_inertia))
         drives: list[tuple[int, int, Row]] = []
         losses: list[tuple[int, int, Row]] = []
@@ -315,7 +348,7 @@ class Contact:
             x, y, w = _times(others, row)
             size = _dot(row, (x, y, w))
             reactions[wheel][which] = (x / size, y / size, w / size)
-        return inverse, [(along, across) for along, across in reactions]
+        return inverse, [(along, across) for along, across in reactions], 3 - len(carrying)
 
 
 def _free_speed(momentum: float, dry: float, per_inertia: float) -> float:

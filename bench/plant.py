@@ -6,7 +6,8 @@ wheel angles and speeds, and the currents that really flow. CAN frames, rotor co
 A motor's current follows its command with a first-order lag, within the maximum current and within what the supply
 leaves above the back-EMF. The wheels have inertia of their own, so what a motor feels of its neighbours (reflected
 inertia off the diagonal included), a spinning wheel and a stalled one all come out of the same equations. `contact`
-solves the floor; the engine moves the body and keeps it off the walls.
+solves the floor; the engine moves the body and takes its impacts. A wall that was touched in the last step is a row of
+the floor's solve in this one (`walls`), so that a stalled robot stands still and its wheels with it.
 
 One step: motors, floor, force and torque set once, engine, state read once (the engine's properties cost more than its
 physics). The engine moves the body first and changes its velocity afterwards, so the velocity of this step is travelled
@@ -22,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import pymunk
 
@@ -29,14 +31,20 @@ from bench.config import Robot
 from bench.contact import Contact
 from bench.loads import lift_above, load_rows, tipping_part
 from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
+from bench.walls import WallRows
 
 STEP_S = TICK_US / 1e6
 WALL_THICKNESS_M = 0.2
 """Far more than a step at any speed of a robot, so that nothing tunnels."""
 COLLISION_SLOP_M = 1e-4
 """Overlap that the engine leaves alone. Its own default of 0.1 is meant for pixels."""
+ROBOT, WALL = 1, 2
+"""Collision types."""
 COLLISION_BIAS = (1.0 - 0.3) ** 60
 """Share of an overlap left after a second: an impact at 5 m/s ends 5 mm deep and is back in 0.1 s."""
+
+EngineTouch: TypeAlias = tuple[pymunk.Shape, pymunk.Vec2d, float, pymunk.Vec2d, bool]
+"""A wall, the normal towards it, its friction against the body, what the engine pushed it with (N s), just hit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +71,8 @@ class Plant:
 
     __slots__ = (
         "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_lift_above", "_load_rows",
-        "_mass", "_omega", "_space", "_supply", "_torques", "_velocity", "_wheel_inertia", "_yaw_inertia",
+        "_mass", "_omega", "_space", "_supply", "_torques", "_touches", "_velocity", "_walls", "_wheel_inertia",
+        "_yaw_inertia",
         "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
     )  # fmt: skip
 
@@ -107,7 +116,11 @@ class Plant:
         self._body.angular_velocity = twist.omega_radps
         disc = pymunk.Circle(self._body, body.radius_m)
         disc.friction = disc.elasticity = 1.0  # the engine multiplies both with the wall's
+        disc.collision_type = ROBOT
         self._space.add(self._body, disc)
+        self._walls = WallRows(body.mass_kg, body.inertia_kgm2, body.radius_m)
+        self._touches: list[EngineTouch] = []
+        self._space.on_collision(ROBOT, WALL, post_solve=_note_touch, data=self._touches)
         if not all(map(math.isfinite, (*pose, *twist))):
             raise ValueError(f"a robot cannot start at {pose} with {twist}")
         if arena is not None:
@@ -155,9 +168,12 @@ class Plant:
         self.wheel_angles_rad = angles
 
         contact = self._contact
-        new_vx, new_vy, new_omega = contact.solve(vx, vy, omega, wheels)
+        walls = self._lean(cos, sin) if self._touches else None
+        new_vx, new_vy, new_omega = contact.solve(vx, vy, omega, wheels, walls)
         self.wheel_speeds_radps = contact.speeds_radps
         self._acceleration = ax, ay = (new_vx - vx) / STEP_S, (new_vy - vy) / STEP_S
+        if walls is not None:
+            self._acceleration = self._by_the_floor(walls, ax, ay)
         body = self._body
         mass = self._mass
         body.force = mass * (cos * ax - sin * ay), mass * (sin * ax + cos * ay)
@@ -194,11 +210,43 @@ class Plant:
         return [(along / STEP_S, across / STEP_S) for along, across in self._contact.impulses_ns]
 
     @property
+    def wall_force_n(self) -> tuple[float, float]:
+        """What the walls that touch the body did to it in the last step, in the field's frame."""
+        cos, sin = self._axes
+        x = y = 0.0
+        for _, _, _, impulse, _ in self._touches:
+            x += impulse.x
+            y += impulse.y
+        if not all(is_first for *_, is_first in self._touches):
+            push_x, push_y, _ = self._walls.push_ns()
+            x += cos * push_x - sin * push_y
+            y += sin * push_x + cos * push_y
+        return x / STEP_S, y / STEP_S
+
+    @property
     def wheel_loads_n(self) -> list[float]:
         """Weight on each wheel, load transfer of the last step's acceleration included."""
         ax, ay = self._acceleration
         part = tipping_part(self._load_rows, ax, ay)
         return [rest + part * (per_ax * ax + per_ay * ay) for rest, per_ax, per_ay in self._load_rows]
+
+    def _lean(self, cos: float, sin: float) -> WallRows:
+        """The walls that touched the body at the end of the last step, in the frame of this one."""
+        walls = self._walls
+        walls.touch(
+            [
+                (wall, -cos * normal.x - sin * normal.y, sin * normal.x - cos * normal.y, friction)
+                for wall, normal, friction, _, _ in self._touches
+            ]
+        )
+        self._touches.clear()
+        return walls
+
+    def _by_the_floor(self, walls: WallRows, ax: float, ay: float) -> tuple[float, float]:
+        """The part of an acceleration that the floor has caused: it alone pushes below the centre of gravity."""
+        push_x, push_y, _ = walls.push_ns()
+        momentum = self._mass * STEP_S
+        return ax - push_x / momentum, ay - push_y / momentum
 
     def _at_tipping(self, ax: float, ay: float) -> tuple[float, float]:
         part = tipping_part(self._load_rows, ax, ay)
@@ -223,4 +271,12 @@ class Plant:
         for start, end in zip(corners, (*corners[1:], corners[0]), strict=True):
             wall = pymunk.Segment(self._space.static_body, start, end, thick)
             wall.friction, wall.elasticity = arena.friction, arena.restitution
+            wall.collision_type = WALL
             self._space.add(wall)
+
+
+def _note_touch(arbiter: pymunk.Arbiter, space: pymunk.Space, touches: list[EngineTouch]) -> None:
+    """The engine has resolved a contact of robot and wall."""
+    touches.append(
+        (arbiter.shapes[1], arbiter.normal, arbiter.friction, arbiter.total_impulse, arbiter.is_first_contact)
+    )

@@ -56,7 +56,7 @@ BUILDS_ON = {
     "odometry.py": FOUNDATION | {"bench.kinematics", "bench.as_printed.choices"},
     "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
     "rc_decode.py": FOUNDATION | {"bench.rc"},
-    "plant.py": FOUNDATION | {"bench.kinematics", "bench.contact", "bench.loads"},
+    "plant.py": FOUNDATION | {"bench.kinematics", "bench.contact", "bench.loads", "bench.walls"},
 }
 
 

@@ -360,60 +360,6 @@ def test_half_the_currents_of_a_bend_give_the_pose_that_the_wheels_count():
     assert math.remainder(heading, math.tau) == pytest.approx(plant.pose.heading_rad, abs=1e-9)
 
 
-# --- walls -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("speed_mps", [1.0, 2.0, 3.0, 4.0, 5.0])
-@pytest.mark.parametrize("direction_deg", [0, 90, 180, 270, 37])
-def test_no_impact_gets_through_a_wall(speed_mps, direction_deg):
-    angle = math.radians(direction_deg)
-    twist = BodyTwist(speed_mps * math.cos(angle), speed_mps * math.sin(angle), 0.0)
-    plant = Plant(m2006(), arena=Arena(0.5, 0.4), twist=twist)
-    deepest = 0.0
-    for _ in range(600):
-        plant.step((0.0, 0.0, 0.0))
-        x, y, _ = plant.pose
-        deepest = max(deepest, abs(x) - (0.25 - 0.08), abs(y) - (0.2 - 0.08))
-    assert 0.0 < deepest <= speed_mps * DT + 2e-4
-    assert abs(x) <= 0.25 - 0.08 + 2e-4
-    assert abs(y) <= 0.2 - 0.08 + 2e-4
-
-
-def test_walls_are_as_elastic_and_as_rough_as_the_arena_says():
-    def after_impact(arena: Arena, vy_mps: float) -> BodyTwist:
-        plant = Plant(m2006(), arena, Pose(0.415, 0.0, 0.0), BodyTwist(1.0, vy_mps, 0.0))
-        while plant.twist.vx_mps > 0.5:
-            plant.step((0.0, 0.0, 0.0))
-        return plant.twist
-
-    assert after_impact(Arena(1.0, 0.8, restitution=0.5), 0.0).vx_mps == pytest.approx(-0.5, abs=0.01)
-    assert after_impact(Arena(1.0, 0.8, restitution=0.0), 0.0).vx_mps == pytest.approx(0.0, abs=0.01)
-    # Sliding to the left along a wall ahead: its friction acts to the right of the body's front, clockwise.
-    smooth, rough = (after_impact(Arena(1.0, 0.8, friction=friction), 1.0) for friction in (0.0, 0.3))
-    assert rough.vy_mps < smooth.vy_mps - 0.2
-    assert rough.omega_radps < smooth.omega_radps - 2.0
-
-
-def test_after_an_impact_the_wheels_turn_on_and_report_motion_that_is_none():
-    plant = Plant(m2006(), arena=Arena(1.0, 0.8), pose=Pose(0.3, 0.0, 0.0), twist=BodyTwist(1.0, 0.0, 0.0))
-    run(plant, (0.0, 0.0, 0.0), 160)
-    assert abs(plant.twist.vx_mps) < 0.05
-    assert plant.wheel_speeds_radps[0] > 10.0
-    assert plant.slip_mps[0] < -0.2
-
-
-def test_a_stalled_robot_pushes_with_its_grip():
-    # 1 A is 11.45 N of drive, the grip of the front wheels 8.43 N: they spin. A wall that pushes above the floor takes
-    # load from them, as acceleration does; with the centre of gravity on the floor it cannot.
-    plant = Plant(m2006(body_cog_height_m=0.0), arena=Arena(1.0, 0.8), pose=Pose(0.4, 0.0, 0.0))
-    run(plant, (1.0, 0.0, -1.0), 2000)
-    (right, _), _, (left, _) = plant.contact_forces_n
-    assert (right - left) * SIN75 == pytest.approx(8.43, abs=0.01)
-    assert plant.slip_mps[0] < -0.1
-    assert plant.pose.x_m == pytest.approx(0.42, abs=3e-4)
-    assert plant.twist == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
-
-
 # --- refusals and determinism ------------------------------------------------------------------------------------
 
 
