@@ -60,6 +60,9 @@ class RunInfo:
     robot: str
     profile: str | None = None
     scenario: str | None = None
+    controller: str | None = None
+    """The form in the controller's place, where it is not the speed loop; the same for odometry."""
+    odometry: str | None = None
     seed: int = 0
     tick_us: int = TICK_US
     state_period_ticks: int = STATE_PERIOD_TICKS

@@ -20,7 +20,7 @@ from bench.check.expectations import Judge
 from bench.check.reading import Recording
 from bench.check.recording import BLOCK_TICKS, RUN_TOML, Recorder, RunInfo
 from bench.check.scenario import Scenario, load_scenario
-from bench.config import Robot, load_profile, load_robot, profile_names
+from bench.config import EXACT, SPEED_LOOP, ConfigError, Robot, load_profile, load_robot, profile_names, with_choices
 from bench.errors import UsageError
 from bench.loop import NOTHING, Bench, replayed, simulated
 from bench.messages import TickInput, TickOutput
@@ -85,26 +85,50 @@ def from_source(
     profile: str | Path | None = None,
     period_ms: int | None = None,
     recorded_can: bool = False,
+    controller: str | None = None,
+    odometry: str | None = None,
 ) -> Run:
     """A run from whatever the path holds. Raises BenchError with what, where and what to try."""
     path = Path(source)
     if path.is_dir() and (path / RUN_TOML).exists():
         if robot is not None or protocol is not None or profile is not None or period_ms is not None:
             raise UsageError(f"{path}: a recording brings its own robot, profile and times; leave those options out")
+        if controller is not None or odometry is not None:
+            raise UsageError(f"{path}: a recording brings its own controller and odometry; leave those options out")
         return from_recording(path, recorded_can=recorded_can)
     if recorded_can:
         raise UsageError(f"{path}: only a recording has CAN feedback to replay")
     if path.suffix == ".toml":
         if protocol is not None or period_ms is not None:
             raise UsageError(f"{path}: a scenario file says itself what its stream is; leave those options out")
-        return from_scenario(path, robot=robot, profile=profile)
-    return from_capture(path, robot=robot, protocol=protocol, profile=profile, period_ms=period_ms)
+        return from_scenario(path, robot=robot, profile=profile, controller=controller, odometry=odometry)
+    return from_capture(
+        path,
+        robot=robot,
+        protocol=protocol,
+        profile=profile,
+        period_ms=period_ms,
+        controller=controller,
+        odometry=odometry,
+    )
 
 
-def from_scenario(path: Path, *, robot: str | Path | None = None, profile: str | Path | None = None) -> Run:
-    """The run that a scenario file describes, on its robot or on another."""
+def from_scenario(
+    path: Path,
+    *,
+    robot: str | Path | None = None,
+    profile: str | Path | None = None,
+    controller: str | None = None,
+    odometry: str | None = None,
+) -> Run:
+    """The run that a scenario file describes, on its robot or on another, with its forms or with others."""
     scenario = load_scenario(path)
     built = load_robot(robot or _beside(path, scenario.robot), profile or scenario.profile)
+    try:
+        built = with_choices(built, scenario.controller, scenario.odometry)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+    built = with_choices(built, controller, odometry)
     rc: dict[int, bytes] = {}
     if scenario.rc is not None:
         rc = _rc_by_tick(load_capture(scenario.rc), built, scenario.period_ms)
@@ -114,7 +138,7 @@ def from_scenario(path: Path, *, robot: str | Path | None = None, profile: str |
         bench=bench,
         ticks=scenario.ticks,
         inputs=_scenario_inputs(scenario, rc),
-        info=_info(built, scenario=scenario.name, seed=scenario.seed),
+        info=info_of(built, scenario=scenario.name, seed=scenario.seed),
         judge=_judge(scenario, bench),
     )
 
@@ -126,11 +150,13 @@ def from_capture(
     protocol: str | None = None,
     profile: str | Path | None = None,
     period_ms: int | None = None,
+    controller: str | None = None,
+    odometry: str | None = None,
 ) -> Run:
     """A capture driven through a robot (the default one unless given)."""
     capture = load_capture(path)
     protocol = protocol or capture.protocol
-    built = load_robot(robot or "m2006", profile)
+    built = with_choices(load_robot(robot or "m2006", profile), controller, odometry)
     if built.rc is None:
         raise UsageError(f"{built.file}: this robot takes no RC; give --profile to drive it with a capture")
     if protocol is not None and built.rc.protocol != protocol:
@@ -147,7 +173,7 @@ def from_capture(
         bench=simulated(built),
         ticks=max(rc) + 1 + TAIL_TICKS,
         inputs=lambda tick: TickInput(rc[tick]) if tick in rc else NOTHING,
-        info=_info(built),
+        info=info_of(built),
     )
 
 
@@ -155,6 +181,7 @@ def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
     """A recording again: from its inputs, or with its CAN feedback in place of the plant's."""
     recording = Recording.open(path)
     built = load_robot(recording.robot_file, recording.profile_file)
+    built = with_choices(built, recording.info.controller, recording.info.odometry)
     rc, core = recording.rc, recording.core_to_base
     return Run(
         title=recording.info.scenario or path.name,
@@ -187,8 +214,16 @@ def _rc_by_tick(capture: Capture, robot: Robot, period_ms: int | None) -> dict[i
     return by_tick(capture, profile.protocol, period_ms or profile.period_ms)
 
 
-def _info(robot: Robot, scenario: str | None = None, seed: int = 0) -> RunInfo:
-    return RunInfo(robot=robot.name, profile=robot.rc.name if robot.rc else None, scenario=scenario, seed=seed)
+def info_of(robot: Robot, scenario: str | None = None, seed: int = 0) -> RunInfo:
+    """What run.toml says of a run of this robot."""
+    return RunInfo(
+        robot=robot.name,
+        profile=robot.rc.name if robot.rc else None,
+        scenario=scenario,
+        controller=robot.control.kind if robot.control.kind != SPEED_LOOP else None,
+        odometry=robot.odometry if robot.odometry != EXACT else None,
+        seed=seed,
+    )
 
 
 def _beside(path: Path, name: str) -> str | Path:

@@ -42,6 +42,8 @@ class Scenario:
     about: str = ""
     seed: int = 0
     expectations: tuple[Expectation, ...] = ()
+    controller: str | None = None
+    odometry: str | None = None
 
 
 def load_scenario(path: Path) -> Scenario:
@@ -72,6 +74,8 @@ def load_scenario(path: Path) -> Scenario:
         about=data.get("about", str, ""),
         seed=data.get("seed", int, 0),
         expectations=tuple(map(read_expectation, data.tables("expect", optional=True))),
+        controller=data.get("controller", str, None),
+        odometry=data.get("odometry", str, None),
     )
     data.refuse_rest()
     if scenario.rc is not None and not scenario.rc.is_file():

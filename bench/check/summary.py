@@ -93,6 +93,8 @@ class Summary:
                 "core_answers": self.core_answers,
             },
             "link": [[at_s, state] for at_s, state in self.link_changes],
+            "controller": run.bench.robot.control.kind,
+            "odometry": run.bench.robot.odometry,
             "bus_findings": list(run.bench.bus_findings),
         }
 
@@ -117,6 +119,14 @@ class Summary:
             lines.append(
                 "link      "
                 + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in self.link_changes[:LINK_CHANGES_SHOWN])
+            )
+        info = run.info
+        if info.controller is not None:
+            lines.append(f"printed   the controller is {info.controller}, not the speed loop")
+        if info.odometry is not None:
+            lines.append(
+                f"printed   the odometry is {info.odometry}; it ends {self.odometry_off_m:.2f} m and"
+                f" {math.degrees(self.odometry_off_rad):.0f} deg from the truth"
             )
         findings = run.bench.bus_findings
         if findings:

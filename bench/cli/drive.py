@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from bench.cli.choices import add_choices
+
 HELP = "the dashboard: drive the simulated robot by keyboard, or watch a recording"
 
 
@@ -12,6 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument("--robot", metavar="R", help="a name that `wheelbench robots` lists, or a .toml file (m2006)")
     parser.add_argument("--profile", metavar="P", help="the transmitter that the keys play: a name or a .toml file")
+    add_choices(parser)
     parser.add_argument("--record", metavar="DIR", type=Path, help="record the run")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
     parser.add_argument("--replay", metavar="DIR", type=Path, help="show a recording instead; it runs again, checked")
@@ -32,6 +35,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--can recorded: goes with --replay DIR; while driving, feedback comes from the plant")
     if args.replay is not None and (args.robot is not None or args.profile is not None):
         raise UsageError("--replay: a recording brings its own robot and profile; leave --robot and --profile out")
+    if args.replay is not None and (args.controller is not None or args.odometry is not None):
+        raise UsageError("--replay: a recording brings its own controller and odometry; leave those options out")
     if not has_terminal():
         raise SurroundingsError(
             "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
@@ -45,15 +50,16 @@ def run(args: argparse.Namespace) -> int:
 
         return show(job, recorder)
 
-    from bench.check.recording import RunInfo
-    from bench.config import load_robot
+    from bench.check.run import info_of
+    from bench.config import load_robot, with_choices
     from bench.loop import simulated
     from bench.screen.keyboard import Keyboard
 
-    robot = load_robot(args.robot or "m2006", args.profile)
+    robot = with_choices(load_robot(args.robot or "m2006", args.profile), args.controller, args.odometry)
     keyboard = Keyboard(robot.rc)
-    info = RunInfo(robot=robot.name, profile=robot.rc.name if robot.rc else None)
-    job = Run(title=robot.name, bench=simulated(robot), ticks=0, inputs=keyboard.inputs, info=info)
+    info = info_of(robot)
+    title = ", ".join(filter(None, (robot.name, info.controller, info.odometry)))
+    job = Run(title=title, bench=simulated(robot), ticks=0, inputs=keyboard.inputs, info=info)
     recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
     from bench.tui import drive
 

@@ -6,6 +6,8 @@ import argparse
 import json
 from pathlib import Path
 
+from bench.cli.choices import add_choices
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
@@ -24,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--rc", metavar="PORT", default="sim:", help="sim: (default) or pty: (through a real pty pair)")
     parser.add_argument("--slamware", metavar="PORT", default="sim:", help="sim: (default) or pty:")
+    add_choices(parser)
     parser.add_argument("--record", metavar="DIR", type=Path, help="write a recording")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
     parser.add_argument("--golden", metavar="DIR", type=Path, help="compare with this recording or golden at the end")
@@ -51,6 +54,8 @@ def run(args: argparse.Namespace) -> int:
         profile=args.profile,
         period_ms=args.period_ms,
         recorded_can=args.can == "recorded",
+        controller=args.controller,
+        odometry=args.odometry,
     )
     # A recording is its own golden: run again from its inputs, it must come out the same.
     golden = args.golden or (job.source.directory if job.source else None)
