@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"--row: {args.row} is a row of document {document}, not of {args.document}")
     for row in chosen:
         evidence = row.measure()
-        print(json.dumps(_facts(row, evidence)) if args.json else "\n".join([*_lines(row, evidence), ""]), flush=True)
+        print(json.dumps(_facts(row, evidence)) if args.json else "\n".join([*lines_of(row, evidence), ""]), flush=True)
     return 0
 
 
@@ -62,7 +62,7 @@ def _facts(row: Row, evidence: Evidence) -> dict[str, object]:
     }
 
 
-def _lines(row: Row, evidence: Evidence) -> list[str]:
+def lines_of(row: Row, evidence: Evidence) -> list[str]:
     """One row for people, in 80 columns."""
     kind = ", arithmetic right" if row.holds else ""
     lines = [
@@ -109,13 +109,13 @@ def _values(values: tuple[float, ...]) -> str:
 
 
 def _number(value: float) -> str:
-    """Four significant digits, no exponent down to a millionth, and no zeros to no purpose."""
+    """Four significant digits, no exponent down to 0.0001, and no zeros to no purpose."""
     import math
 
     value = _clean(value)
     if value == 0.0:
         return "0"
-    if abs(value) < 1e-6:
+    if abs(value) < 1e-4:
         return f"{value:.1e}"
     decimals = max(0, min(8, 3 - math.floor(math.log10(abs(value)))))
     text = f"{value:.{decimals}f}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 
 from bench.as_printed.document_000 import (
     BEARINGS_A_DEG,
@@ -18,9 +19,11 @@ from bench.as_printed.document_000 import (
     layout_b_text_as_printed,
     odometer_increments_as_printed,
 )
+from bench.config import EXACT
 from bench.errata.algebra import returned, tangential
-from bench.errata.values import Evidence, Figure, Row
-from bench.messages import Pose
+from bench.errata.trial import drive, robot_for
+from bench.errata.values import PLANT, Evidence, Figure, Row
+from bench.messages import BodyTwist, Pose
 from bench.odometry import compose
 from bench.slamware.payloads import dead_reckon_answer, dead_reckon_from_answer
 
@@ -30,12 +33,17 @@ LAYOUT_A = tangential(BEARINGS_A_DEG, RADIUS_M)
 LAYOUT_B = tangential(BEARINGS_B_DEG, RADIUS_M)
 ORIGIN = Pose(0.0, 0.0, 0.0)
 FORWARD, LEFT, TURN = 0, 1, 2
+SPIN = BodyTwist(0.0, 0.0, 2.0)
 MOVE = (0.5, -0.2, 1.0)
 """m, m, rad: what the first row's evidence is worked with."""
 
 
 def _row_1() -> Evidence:
     rims = LAYOUT_A.wheel_speeds(MOVE)
+    forms = (EXACT, "document-000-a-as-printed")
+    right_m, printed_m = (
+        drive(robot_for("slamware-a", odometry=form), SPIN, turn_rad=math.tau).believed_path_m for form in forms
+    )
     leak_m = _returned_a(layout_a_code_as_printed)[LEFT][TURN] * math.tau
     return Evidence(
         (
@@ -44,19 +52,32 @@ def _row_1() -> Evidence:
             ),
             _row_figure("row dy of F H", layout_a_code_as_printed, LEFT),
             Figure("sideways in one turn on the spot", (0.0,), (leak_m,), "m"),
+            Figure("a turn on the spot: travel told", (right_m,), (printed_m,), "m", PLANT),
+            _half_turn("slamware-a", "document-000-a-as-printed"),
         ),
-        f"Every turn on the spot is told as {abs(leak_m):.2f} m of travel sideways.",
+        f"Every turn on the spot is told as {abs(leak_m):.2f} m of travel sideways. A whole turn closes that circle "
+        "and hides it from who looks at the end only; half a turn does not.",
     )
 
 
 def _row_2() -> Evidence:
     row = _row_figure("row dx of F H", layout_a_text_as_printed, FORWARD)
-    return Evidence((row,), f"Forward travel is told {100 * (1 - row.printed[0]):.1f} % short.")
+    forward_m, _ = _driven_ahead("document-000-a-text-as-printed")
+    told_m, _ = _driven_ahead(EXACT)
+    return Evidence(
+        (row, Figure("2 s forward: told", (told_m,), (forward_m,), "m", PLANT)),
+        f"Forward travel is told {100 * (1 - row.printed[0]):.1f} % short.",
+    )
 
 
 def _row_3() -> Evidence:
     row = _row_figure("row dy of F H", layout_a_text_as_printed, LEFT)
-    return Evidence((row,), f"A metre forward is told as {row.printed[0]:+.3f} m to the left as well.")
+    _, left_m = _driven_ahead("document-000-a-text-as-printed")
+    _, told_m = _driven_ahead(EXACT)
+    return Evidence(
+        (row, Figure("2 s forward: told to the left", (told_m,), (left_m,), "m", PLANT)),
+        f"A metre forward is told as {row.printed[0]:+.3f} m to the left as well.",
+    )
 
 
 def _row_4() -> Evidence:
@@ -67,6 +88,7 @@ def _row_4() -> Evidence:
         (
             Figure("row dy of F H", right[LEFT], printed[LEFT]),
             Figure("sideways in one turn on the spot", (0.0,), (leak_m,), "m"),
+            _half_turn("slamware-b", "document-000-b-as-printed"),
         ),
         f"As row 1, to the other side: {leak_m:+.2f} m a turn.",
     )
@@ -124,6 +146,20 @@ def _row_8() -> Evidence:
         f"Core and base may be {1000 * math.dist(old[:2], new[:2]):.0f} mm apart after a quarter turn of 0.5 m and "
         "both be as the document says. Ours: the frame at the start, exact arc.",
     )
+
+
+def _half_turn(robot: str, odometry: str) -> Figure:
+    """Half a turn on the spot, the core at the wheel: how far from the truth the odometry says the robot stands."""
+    runs = [drive(robot_for(robot, odometry=form), SPIN, turn_rad=math.pi) for form in (EXACT, odometry)]
+    right_m, printed_m = (math.dist(run.believed[:2], run.pose[:2]) for run in runs)
+    return Figure("half a turn: told to stand off by", (right_m,), (printed_m,), "m", PLANT)
+
+
+@cache
+def _driven_ahead(odometry: str) -> tuple[float, float]:
+    """Two seconds forward on layout a: what the odometry says, (forward, left) in m."""
+    run = drive(robot_for("slamware-a", odometry=odometry), BodyTwist(0.4, 0.0, 0.0), ticks=2000)
+    return run.believed[:2]
 
 
 def _straight(pose: Pose, arc_m: float, turn_rad: float, along_rad: float) -> Pose:

@@ -14,6 +14,7 @@ from bench.as_printed.document_001 import (
     BEARINGS_4_DEG,
     EXACT,
     FAST,
+    Trig,
     four_wheels_as_printed,
     mecanum_as_printed,
     my_cos_as_printed,
@@ -21,11 +22,15 @@ from bench.as_printed.document_001 import (
     three_wheels_as_printed,
     three_wheels_detailed_as_printed,
 )
-from bench.config import Wheel
+from bench.config import Robot, Wheel
 from bench.errata.algebra import Vector, rows_of, tangential, worst
-from bench.errata.values import Evidence, Figure, Row
+from bench.errata.trial import field_centric, robot_for, settled
+from bench.errata.values import PLANT, Evidence, Figure, Row
 from bench.kinematics import Kinematics, rotate_into_body, twist_from_document_002
+from bench.messages import BodyTwist
 from bench.odometry import wrap
+
+Form = Callable[[float, float, float, float, Trig], list[float]]
 
 RADIUS_M = 0.15
 HALF_LENGTH_M, HALF_WIDTH_M = 0.12, 0.10
@@ -66,10 +71,36 @@ def _row_9() -> Evidence:
     # Row 12: translation comes out times cos 45. What is left is the sense of the heading.
     off = worst([row[:2] for row in right], [(row[0] * math.sqrt(2), row[1] * math.sqrt(2)) for row in printed])
     return Evidence(
-        (*facing, Figure("mecanum facing 30 deg: rows off by", (0.0,), (off,))),
+        (
+            *facing,
+            Figure("mecanum facing 30 deg: rows off by", (0.0,), (off,)),
+            *_driven_facing_90(three_wheels_as_printed, -1.0),
+        ),
         "Field-centric driving turns the wrong way, by twice the heading: facing 90 deg, forward is backward. The "
         "mecanum equations do want it clockwise, so one gyroscope cannot serve both as the text has it.",
     )
+
+
+def _driven_facing_90(form: Form, sense: float) -> tuple[Figure, ...]:
+    """A robot that faces 90 degrees is asked to go field forward: by the right equations, and by a form."""
+    right = _driven_to_the_field(three_wheels_as_printed, EXACT, 90.0, 90.0)
+    printed = _driven_to_the_field(form, FAST, 90.0, 90.0, sense)
+    name = "facing 90 deg, 0.3 m/s field forward for 1.5 s: forward, left, turned"
+    return (Figure(name, right, printed, "m, m, deg", PLANT),)
+
+
+def _driven_to_the_field(
+    form: Form, trig: Trig, heading_deg: float, gyro_deg: float, sense: float = 1.0
+) -> tuple[float, float, float]:
+    """Field forward at 0.3 m/s for 1.5 s, field-centric: (forward m, left m, turned deg) in the field."""
+    robot = robot_for("omni3")
+    radius_m = robot.wheels[0].radius_m
+
+    def wheels(gyro_rad: float) -> list[float]:
+        return [rim / radius_m for rim in form(0.0, 0.3, 0.0, sense * math.degrees(gyro_rad), trig)]
+
+    pose, turned_rad = field_centric(robot, wheels, 1500, math.radians(heading_deg), math.radians(gyro_deg))
+    return pose.x_m, pose.y_m, math.degrees(turned_rad)
 
 
 def _direction_error_deg(heading_deg: float) -> float:
@@ -89,6 +120,7 @@ def _row_10() -> Evidence:
             Figure("worst row, facing 30 deg", (0.0,), (error(30.0),)),
             Figure("worst row, facing 90 deg", (0.0,), (error(90.0),)),
             Figure("facing 90 deg, 1 m/s field forward: right, forward, yaw", (0.0, 1.0, 0.0), driven, "m/s, rad/s"),
+            *_driven_facing_90(three_wheels_detailed_as_printed, 1.0),
         ),
         f'Right while the robot faces forward. Turned by 90 deg, "forward" drives it backward at {abs(driven[1]):.2f} '
         f"of the speed and spins it at {abs(driven[2]):.1f} rad/s for each m/s.",
@@ -100,6 +132,8 @@ def _row_11() -> Evidence:
     sideways = four_wheels_as_printed(1.0, 0.0, 0.0, 0.0, EXACT)
     right = right_wheels(FOUR, RADIUS_M, 0.0, 1.0, 0.0, 0.0)
     slip = max(map(abs, FOUR.slip(forward)))
+    asked = BodyTwist(0.3, 0.0, 0.0)
+    loop, plant = (settled(robot, asked, 2000) for robot in _both("omni4", "document-001-four-as-printed"))
     printed_row = rows_of(lambda command: four_wheels_as_printed(*_xyz(command), 0.0, EXACT))[2]
     right_row = rows_of(lambda command: right_wheels(FOUR, RADIUS_M, *_xyz(command), 0.0))[2]
     return Evidence(
@@ -109,10 +143,21 @@ def _row_11() -> Evidence:
             Figure("y = 1 drives: right, forward, R yaw", (0.0, 1.0, 0.0), _rim_motion(forward), "m/s"),
             Figure("y = 1: every contact slips by", (0.0,), (slip,), "m/s"),
             Figure("x = 1 drives: right, forward, R yaw", (1.0, 0.0, 0.0), _rim_motion(sideways), "m/s"),
+            Figure("0.3 m/s forward asked: forward, left, yaw", loop.twist, plant.twist, "m/s, rad/s", PLANT),
+            Figure("the same: largest current", (_most(loop.currents_a),), (_most(plant.currents_a),), "A", PLANT),
         ),
         f"One wheel stands still in straight travel: the robot drives {_angle_deg(_rim_motion(forward)):.0f} deg "
-        f"off to the left, turns, and drags all four wheels at {slip:.2f} of its speed.",
+        f"off to the left, turns, and drags all four wheels at {slip:.2f} of its speed: "
+        f"{_most(plant.currents_a):.1f} A where {_most(loop.currents_a):.2f} A would do.",
     )
+
+
+def _most(values: Vector) -> float:
+    return max(map(abs, values))
+
+
+def _both(robot: str, controller: str) -> tuple[Robot, Robot]:
+    return robot_for(robot), robot_for(robot, controller=controller)
 
 
 def _rim_motion(wheels: Vector) -> tuple[float, float, float]:
@@ -126,11 +171,16 @@ def _angle_deg(motion: Vector) -> float:
 
 def _row_12() -> Evidence:
     lever_m = HALF_LENGTH_M + HALF_WIDTH_M
+    runs = [
+        settled(robot, BodyTwist(0.3, 0.0, 1.0), 2000) for robot in _both("mecanum", "document-001-mecanum-as-printed")
+    ]
+    radii = [run.twist.vx_mps / run.twist.omega_radps for run in runs]
     _, forward, yaw = field_motion(MECANUM, mecanum_as_printed(0.0, 1.0, lever_m, 0.0, EXACT), 0.0)
     return Evidence(
         (
             Figure("1 m/s and 1 rad/s: forward, yaw", (1.0, 1.0), (forward, yaw), "m/s, rad/s"),
             Figure("yaw over translation", (1.0,), (yaw / forward,)),
+            Figure("0.3 m/s and 1 rad/s asked: radius of the circle", (radii[0],), (radii[1],), "m", PLANT),
         ),
         f"A circle of 1 m radius becomes one of {forward / yaw:.2f} m, unless z is scaled by cos 45 as well.",
     )
@@ -173,8 +223,12 @@ def _row_14() -> Evidence:
 def _row_15() -> Evidence:
     printed = three_wheels_as_printed(0.0, 1.0, 0.0, -300.0, FAST)
     right = right_wheels(THREE, RADIUS_M, 0.0, 1.0, 0.0, -300.0)
+    runs = [_driven_to_the_field(three_wheels_as_printed, trig, 60.0, -300.0) for trig in (EXACT, FAST)]
     return Evidence(
-        (Figure("heading -300 deg: y factor of motor 1", (right[0],), (printed[0],)),),
+        (
+            Figure("heading -300 deg: y factor of motor 1", (right[0],), (printed[0],)),
+            Figure("0.3 m/s field forward for 1.5 s: forward, left, turned", runs[0], runs[1], "m, m, deg", PLANT),
+        ),
         f"After most of a turn clockwise, motor 1 is asked for {printed[0] / right[0]:.1f} times its speed. The text "
         "promises -180 to 180; the argument is called relative distance and accumulates.",
     )

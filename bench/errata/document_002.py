@@ -12,8 +12,11 @@ from bench.as_printed.document_002 import (
     calculate_position_as_printed,
     velocity_as_printed,
 )
+from bench.config import EXACT
 from bench.errata.algebra import tangential
-from bench.errata.values import Evidence, Figure, Row
+from bench.errata.trial import drive, robot_for
+from bench.errata.values import PLANT, Evidence, Figure, Row
+from bench.messages import BodyTwist
 from bench.odometry import wrap
 
 WHEELS = tangential(BEARINGS_DEG, DISTANCE_MM / 1000.0)
@@ -49,12 +52,20 @@ def _off_mm(speed_mps: float, omega_radps: float, turn_rad: float, degrees_per_u
 
 def _row_17() -> Evidence:
     circle = driven(1.0, 1.0, math.tau)
+    runs = [
+        drive(robot_for("deadwheel3", odometry=form), BodyTwist(0.6, 0.0, 1.5), turn_rad=math.tau)
+        for form in (EXACT, "document-002-as-printed")
+    ]
+    told = [math.degrees(run.believed_turned_rad) for run in runs]
+    off = [math.dist(run.believed[:2], run.pose[:2]) for run in runs]
     return Evidence(
         (
             Figure("a circle of 1 m: heading", (360.0,), (circle.yaw_deg,), "deg"),
             Figure("a circle of 1 m: right, forward", arc_mm(1.0, 1.0, math.tau), circle[:2], "mm"),
             Figure("quarter turn, 1 m/s, 2 rad/s: off by", (0.0,), (_off_mm(1.0, 2.0, math.pi / 2),), "mm"),
             Figure("half turn, 1 m/s, 2 rad/s: off by", (0.0,), (_off_mm(1.0, 2.0, math.pi),), "mm"),
+            Figure("a circle of 0.4 m: heading told", (told[0],), (told[1],), "deg", PLANT),
+            Figure("the same: told to stand off by", (off[0],), (off[1],), "m", PLANT),
         ),
         f"The heading is {360.0 / circle.yaw_deg:.1f} times too small: after one circle the robot is told to stand "
         f"{math.hypot(*circle[:2]) / 1000:.2f} m from where it is.",

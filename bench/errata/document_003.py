@@ -12,7 +12,9 @@ from bench.as_printed.document_003 import (
     j1f_as_printed,
 )
 from bench.errata.algebra import AXES, Vector, returned, tangential, worst
-from bench.errata.values import Evidence, Figure, Row
+from bench.errata.trial import robot_for, settled
+from bench.errata.values import PLANT, Evidence, Figure, Row
+from bench.messages import BodyTwist
 
 BASE = tangential(BEARINGS_DEG, 1.0, clockwise=True)
 
@@ -30,11 +32,18 @@ def _row_21() -> Evidence:
         return worst(returned(lambda wheels: times(forward, wheels), lambda twist: times(j1f, twist)), AXES)
 
     read = times(scan, EXAMPLE_WHEELS)
+    robot = robot_for("siegwart")
+    plant = settled(robot, BodyTwist(*(0.1 * value for value in EXAMPLE_RESULT)), 3000)
+    driven_rims = tuple(
+        speed * wheel.radius_m for speed, wheel in zip(plant.wheel_speeds_radps, robot.wheels, strict=True)
+    )
+    rims = tuple(0.1 * value for value in EXAMPLE_WHEELS)
     return Evidence(
         (
             Figure("3.32 against the wheel equation, off by", (0.0,), (worst(j1f, BASE.inverse_rows),)),
             Figure("3.33 times 3.32 against 1, off by", (0.0,), (off(inverse),)),
             Figure("3.34: wheels (4, 1, 2) drive", EXAMPLE_RESULT, times(inverse, EXAMPLE_WHEELS), "m/s, rad/s"),
+            Figure("a tenth of that motion asked: rims", rims, driven_rims, "m/s", PLANT),
             Figure("3.33 as scanned, off by", (0.0,), (off(scan),)),
             Figure("3.34 by 3.33 as scanned", EXAMPLE_RESULT, read, "m/s, rad/s"),
         ),

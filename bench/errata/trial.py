@@ -7,7 +7,7 @@ with the SLAMWARE core at the wheel.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from bench.kinematics import Kinematics, desaturate
 from bench.loop import simulated
 from bench.messages import ZERO_TWIST, BodyTwist, Pose, TickInput
 from bench.odometry import wrap
-from bench.plant import Plant
+from bench.plant import STEP_S, Plant
 
 LONGEST_TICKS = 20_000
 SETTLED_TICKS = 4000
@@ -45,6 +45,23 @@ def pushed(robot: Robot, currents_a: Sequence[float], ticks: int) -> BodyTwist:
     for _ in range(ticks):
         plant.step(currents_a)
     return plant.twist
+
+
+def field_centric(
+    robot: Robot, wheels: Callable[[float], Sequence[float]], ticks: int, heading_rad: float, gyro_rad: float
+) -> tuple[Pose, float]:
+    """Drive by wheel speeds, rad/s, that follow a gyroscope: (pose in the field, angle turned in rad, not wrapped).
+
+    The robot starts at a heading that the gyroscope calls `gyro_rad`; from there on it accumulates.
+    """
+    _, controller = control_of(robot, Kinematics(robot.wheels))
+    plant = Plant(robot, arena=None, pose=Pose(0.0, 0.0, heading_rad))
+    turned_rad = 0.0
+    for _ in range(ticks):
+        wanted = desaturate(wheels(gyro_rad + turned_rad), robot.limits.wheel_radps)
+        plant.step(controller.step(wanted, plant.wheel_speeds_radps))
+        turned_rad += plant.twist.omega_radps * STEP_S
+    return plant.pose, turned_rad
 
 
 class Driven(NamedTuple):
