@@ -82,6 +82,28 @@ class Kinematics:
             total += slip * slip
         return math.sqrt(total)
 
+    def slip_vectors(self) -> list[list[float]]:
+        """Unit vectors n with n H = 0, one for each wheel above three: n . wheels is zero unless the wheels slip.
+
+        They stand at right angles to each other; the last number of each that is not zero is positive.
+        """
+        count = len(self.radii)
+        left = [self.slip([float(i == wheel) for i in range(count)]) for wheel in range(count)]
+        found: list[list[float]] = []
+        while len(found) < count - 3:
+            # The longest of what is left is the one that rounding has hurt least.
+            best = max(left, key=lambda vector: _dot(vector, vector))
+            size = math.sqrt(_dot(best, best))
+            last = [value for value in best if abs(value) > 1e-9 * size][-1]
+            unit = [value / math.copysign(size, last) for value in best]
+            found.append(unit)
+            shares = [_dot(unit, vector) for vector in left]
+            left = [
+                [value - share * part for value, part in zip(vector, unit, strict=True)]
+                for vector, share in zip(left, shares, strict=True)
+            ]
+        return found
+
     def wrench(self, wheel_torques: Sequence[float]) -> Row:
         """Body force (N, N) and moment (N m) of ideal wheel torques: the transpose of H."""
         fx = fy = moment = 0.0
@@ -138,6 +160,13 @@ def singular_values(rows: Sequence[Row], length_scale_m: float) -> list[float]:
     """Singular values, largest first, of rows (already times r cos gamma) with the third column over the length."""
     a = _gram([(x, y, w / length_scale_m) for x, y, w in rows])
     return [math.sqrt(max(0.0, value)) for value in _symmetric_eigenvalues(a)]
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    total = 0.0
+    for x, y in zip(a, b, strict=True):
+        total += x * y
+    return total
 
 
 def _axis_row(wheel: Wheel) -> Row:

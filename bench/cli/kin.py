@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from bench.config import Robot
     from bench.kinematics import Kinematics
+
+
+NAME_WIDTH, CELL_WIDTH = 14, 12
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,48 +32,86 @@ def run(args: argparse.Namespace) -> int:
 
     robot = load_robot(args.robot)
     kinematics = Kinematics(robot.wheels)
-    facts: dict[str, object]
+    names = [wheel.name for wheel in robot.wheels]
     if args.twist is not None:
         twist = _numbers("--twist", args.twist, 3)
-        facts = {"twist": twist, "wheels_radps": kinematics.wheel_speeds(twist)}
+        wheels = kinematics.wheel_speeds(twist)
+        facts: dict[str, object] = {"twist": twist, "wheels_radps": wheels}
+        lines = [*_twist_line(twist), *_columns({"wheels, rad/s": wheels}, names)]
     elif args.wheels is not None:
-        wheels = _numbers("--wheels", args.wheels, len(robot.wheels))
-        facts = {"twist": list(kinematics.twist(wheels)), "wheels_radps": wheels, "slip": kinematics.slip(wheels)}
+        wheels = _numbers("--wheels", args.wheels, len(names))
+        twist, slip = list(kinematics.twist(wheels)), kinematics.slip(wheels)
+        facts = {"twist": twist, "wheels_radps": wheels, "slip": slip}
+        lines = [*_twist_line(twist), *_columns({"wheels, rad/s": wheels, "of it slip": slip}, names)]
     else:
-        facts = _matrices(kinematics)
-        if robot.dead_wheels:
-            facts |= _dead_wheels(robot)
-    if args.json:
-        print(json.dumps(facts))
-        return 0
-    for key, value in facts.items():
-        print(f"{key.replace('_', ' '):24}", end="")
-        rows = value if isinstance(value, list) and value and isinstance(value[0], list) else [value]
-        for i, row in enumerate(rows):
-            print(" " * (24 if i else 0) + (_line(row) if isinstance(row, list) else f"{row:.4f}"))
+        facts = {"name": robot.name, "wheel_names": names, **_matrices(kinematics), **_dead_wheels(robot)}
+        lines = _matrix_lines(kinematics, names) + _dead_wheel_lines(robot)
+    print(json.dumps(facts) if args.json else "\n".join(lines))
     return 0
 
 
 def _matrices(kinematics: Kinematics) -> dict[str, object]:
-    from bench.kinematics import singular_values
-
-    values = singular_values(kinematics.axes, kinematics.length_m)
+    values = _singular_values(kinematics)
     return {
         "twist_to_wheels": [list(row) for row in kinematics.inverse_rows],
         "wheels_to_twist": [list(row) for row in kinematics.forward_rows],
+        "length_m": kinematics.length_m,
         "singular_values": values,
         "condition": values[0] / values[2],
+        "slip_vectors": kinematics.slip_vectors(),
     }
 
 
 def _dead_wheels(robot: Robot) -> dict[str, object]:
-    """H of the passive wheels, and the way back where there are enough of them."""
+    """H of the passive wheels, and the way back where there are enough of them; nothing where there are none."""
     from bench.kinematics import Kinematics, speed_rows
 
-    facts: dict[str, object] = {"twist_to_dead_wheels": [list(row) for row in speed_rows(robot.dead_wheels)]}
+    facts: dict[str, object] = {}
+    if robot.dead_wheels:
+        facts["twist_to_dead_wheels"] = [list(row) for row in speed_rows(robot.dead_wheels)]
     if len(robot.dead_wheels) >= 3:
         facts["dead_wheels_to_twist"] = [list(row) for row in Kinematics(robot.dead_wheels).forward_rows]
     return facts
+
+
+def _matrix_lines(kinematics: Kinematics, names: Sequence[str]) -> list[str]:
+    values = _singular_values(kinematics)
+    lines = ["H: wheels, rad/s, of 1 m/s forward, 1 m/s to the left, 1 rad/s counter-clockwise", ""]
+    lines += _forth(kinematics.inverse_rows, names)
+    lines += ["", "H+: the twist that fits 1 rad/s of each wheel best", "", *_back(kinematics.forward_rows, names), ""]
+    lines += [f"singular values   {'  '.join(f'{value:.4f}' for value in values)}"]
+    lines += [f"                  of the rows in m/s, yaw counted at {kinematics.length_m:.4g} m, the farthest wheel's"]
+    lines += [f"condition         {values[0] / values[2]:.4f}"]
+    vectors = kinematics.slip_vectors()
+    if not vectors:
+        return [*lines, "", "Any three wheel speeds are a motion: slip cannot be seen."]
+    slip = {f"n{i + 1}" if len(vectors) > 1 else "n": vector for i, vector in enumerate(vectors)}
+    return [*lines, "", "n . wheels is zero unless the wheels slip", "", *_columns(slip, names)]
+
+
+def _dead_wheel_lines(robot: Robot) -> list[str]:
+    from bench.kinematics import Kinematics, speed_rows
+
+    dead = robot.dead_wheels
+    names = [wheel.name for wheel in dead]
+    lines = ["", "Dead wheels, rad/s, of the same", "", *_forth(speed_rows(dead), names)] if dead else []
+    if len(dead) >= 3:
+        lines += ["", "and back", "", *_back(Kinematics(dead).forward_rows, names)]
+    return lines
+
+
+def _forth(rows: Sequence[Sequence[float]], names: Sequence[str]) -> list[str]:
+    return [_row("", _heads(("vx", "vy", "omega"))), *(_row(n, _cells(r)) for n, r in zip(names, rows, strict=True))]
+
+
+def _back(rows: Sequence[Sequence[float]], names: Sequence[str]) -> list[str]:
+    return _columns(dict(zip(("vx, m/s", "vy, m/s", "omega, rad/s"), rows, strict=True)), names)
+
+
+def _singular_values(kinematics: Kinematics) -> list[float]:
+    from bench.kinematics import singular_values
+
+    return singular_values(kinematics.axes, kinematics.length_m)
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:
@@ -85,5 +126,23 @@ def _numbers(option: str, text: str, count: int) -> list[float]:
     return numbers
 
 
-def _line(row: Sequence[float]) -> str:
-    return "".join(f"{value + 0.0:12.5f}" for value in row)
+def _twist_line(twist: Sequence[float]) -> list[str]:
+    vx, vy, omega = twist
+    return [f"forward {vx + 0.0:.5f} m/s, left {vy + 0.0:.5f} m/s, counter-clockwise {omega + 0.0:.5f} rad/s", ""]
+
+
+def _columns(rows: Mapping[str, Sequence[float]], names: Sequence[str]) -> list[str]:
+    """A line of wheel names, then a line a row."""
+    return [_row("", _heads(names)), *(_row(name, _cells(row)) for name, row in rows.items())]
+
+
+def _row(name: str, cells: str) -> str:
+    return f"  {name[:NAME_WIDTH]:{NAME_WIDTH}}{cells}".rstrip()
+
+
+def _heads(names: Sequence[str]) -> str:
+    return "".join(f"{name[: CELL_WIDTH - 1]:>{CELL_WIDTH}}" for name in names)
+
+
+def _cells(values: Sequence[float]) -> str:
+    return "".join(f"{round(value, 5) + 0.0:{CELL_WIDTH}.5f}" for value in values)
