@@ -65,7 +65,7 @@ class Contact:
     """
 
     __slots__ = (
-        "_checks", "_freedoms", "_grip", "_inverse", "_kept", "_known", "_mass", "_pushes", "_rolling", "_rows",
+        "_checks", "_floor", "_freedoms", "_inverse", "_kept", "_known", "_mass", "_modes", "_pushes", "_rows",
         "_sweep_rows", "_yaw_inertia", "impulses_ns", "speeds_radps", "sweeps",
     )  # fmt: skip
 
@@ -80,7 +80,7 @@ class Contact:
     ) -> None:
         kinematics = Kinematics(wheels)
         self._mass, self._yaw_inertia = mass_kg, yaw_inertia_kgm2
-        self._grip, self._rolling = ground.grip, ground.rolling
+        self._floor = [(ground.grip, ground.rolling)] * len(wheels)
         self._rows = []
         self._sweep_rows = []
         for wheel, (ax, ay, arm), rc in zip(wheels, kinematics.axes, kinematics.radii, strict=True):
@@ -104,6 +104,12 @@ class Contact:
         """Body velocity (vx, vy, omega), in a frame that stands still during the step, before -> after the step."""
         self.sweeps = 0
         return self._direct(vx, vy, omega, wheels, walls) or self._search(vx, vy, omega, wheels, walls)
+
+    def stand_on(self, floor: Sequence[tuple[float, float]]) -> None:
+        """From now on each wheel stands on a floor of this grip and rolling loss, in wheel order."""
+        if list(floor) != self._floor:
+            self._floor = list(floor)
+            self._adopt(self._modes, self.impulses_ns)
 
     def slips_mps(self, vx: float, vy: float, omega: float) -> list[float]:
         """Along each roller axis: the body's speed over the floor minus what the wheel rolls."""
@@ -172,7 +178,7 @@ class Contact:
             else:
                 (_, kept), (_, (hx, hy, hw)), _, _ = fixed
                 across = kept - (hx * px + hy * py + hw * pw)
-                if abs(across) > self._rolling * load:
+                if abs(across) > sliding * load:
                     return None
             speeds.append(speed)
             impulses.append((along, across))
@@ -205,8 +211,8 @@ class Contact:
             largest = 0.0
             if walls is not None:  # first, so that the wheels find the body where it is held
                 vx, vy, omega, largest = walls.sweep(vx, vy, omega)
-            for row, (k, k_across, softened), (momentum, dry, load), (along, across) in zip(
-                self._rows, self._sweep_rows, wheels, impulses, strict=True
+            for row, (k, k_across, softened), (most_grip, most_loss), (momentum, dry, load), (along, across) in zip(
+                self._rows, self._sweep_rows, self._floor, wheels, impulses, strict=True
             ):
                 ax, ay, arm, arm_across, _, per_rc, stiffness, _ = row
                 free = ax * vx + ay * vy + arm * omega - k * along
@@ -217,7 +223,7 @@ class Contact:
                     new, drive = forwards, ROLLS
                 elif new > backwards:
                     new, drive = backwards, -ROLLS
-                grip = self._grip * load
+                grip = most_grip * load
                 if new > grip:
                     new, drive = grip, SLIPS
                 elif new < -grip:
@@ -229,7 +235,7 @@ class Contact:
                 largest = max(largest, abs(change) * k)
 
                 new_across, roll = across - (ax * vy - ay * vx + arm_across * omega) / k_across, HOLDS
-                loss = self._rolling * load
+                loss = most_loss * load
                 if new_across > loss:
                     new_across, roll = loss, -SLIDES
                 elif new_across < -loss:
@@ -273,6 +279,7 @@ class Contact:
 
     def _adopt(self, modes: Sequence[Mode], impulses: Sequence[Impulses]) -> None:
         """Make these the modes that are tried first, and lay out what `_direct` reads."""
+        self._modes = modes
         shape = tuple((abs(drive), abs(roll)) for drive, roll in modes)  # no sign enters the inverse
         if shape not in self._known:
             if len(self._known) >= MAX_SHAPES:
@@ -282,14 +289,16 @@ class Contact:
         self._pushes = []
         self._checks = []
         px = py = pw = 0.0
-        for (drive, roll), row, reaction, (along, across) in zip(modes, self._rows, reactions, impulses, strict=True):
+        for (drive, roll), row, (grip, rolling), reaction, (along, across) in zip(
+            modes, self._rows, self._floor, reactions, impulses, strict=True
+        ):
             ax, ay, arm, arm_across, rc, per_rc, stiffness, per_inertia = row
             # What the body gets for each N m s that drives a rolling wheel, for each N s of load, and in any case: the
             # impulses that fixed rows have now. Where more rows are fixed than the body has freedoms, the surplus
             # ones keep theirs; what changes is carried by the others.
             driven = per_rc if abs(drive) == ROLLS else 0.0
-            slipping = drive / SLIPS * self._grip if abs(drive) == SLIPS else 0.0
-            sliding = -roll * self._rolling
+            slipping = drive / SLIPS * grip if abs(drive) == SLIPS else 0.0
+            sliding = -roll * rolling
             kept = (along if drive == STANDS else 0.0, across if roll == HOLDS else 0.0)
             self._pushes.append(
                 (
@@ -306,7 +315,8 @@ class Contact:
             py += ay * kept[0] + ax * kept[1]
             pw += arm * kept[0] + arm_across * kept[1]
             self._checks.append(
-                (drive, roll, ax, ay, arm, arm_across, driven, stiffness, self._grip, sliding,
+                # In the place of the impulse while it slides, the limit of one that holds.
+                (drive, roll, ax, ay, arm, arm_across, driven, stiffness, grip, sliding if roll else rolling,
                  (kept, reaction, rc, per_inertia))
             )  # fmt: skip
         self._kept = px, py, pw

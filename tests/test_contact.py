@@ -155,3 +155,31 @@ def test_all_wheels_at_rest_hold_the_body_at_exactly_rest():
     assert contact.solve(0.0, 0.0, 0.0, wheels) == (0.0, 0.0, 0.0)
     assert contact.solve(1e-5, -1e-5, 1e-4, wheels) == (0.0, 0.0, 0.0)
     assert contact.speeds_radps == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_wheel_on_ice_has_the_ices_grip_and_the_others_their_own(layout):
+    contact = contact_of(layout)
+    count = len(LAYOUTS[layout].wheels)
+    wheels = [(3e-4, DRY, 4e-3)] * count  # 0.3 N m: more than any floor takes from a wheel at rest
+    velocity = contact.solve(0.0, 0.0, 0.0, wheels)
+    ice = [(0.1, 0.01)] + [(GRIP, ROLLING)] * (count - 1)
+    contact.stand_on(ice)
+    for _ in range(20):
+        wheels = [(1.2e-3 * w + 3e-4, DRY, 4e-3) for w in contact.speeds_radps]
+        velocity = contact.solve(*velocity, wheels)
+        for (along, across), (grip, rolling) in zip(contact.impulses_ns, ice, strict=True):
+            assert abs(along) <= grip * 4e-3 + NS
+            assert abs(across) <= rolling * 4e-3 + NS
+    assert abs(contact.impulses_ns[0][0]) == pytest.approx(0.1 * 4e-3)
+    assert abs(contact.impulses_ns[1][0]) > 2.0 * 0.1 * 4e-3
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_back_on_its_own_floor_nothing_remembers_the_other(layout):
+    ground = LAYOUTS[layout].ground
+    contacts = contact_of(layout), contact_of(layout)
+    contacts[1].stand_on([(0.1, 0.01)] * len(LAYOUTS[layout].wheels))
+    contacts[1].stand_on([(ground.grip, ground.rolling)] * len(LAYOUTS[layout].wheels))
+    wheels = [(3e-4 + 1e-5 * i, DRY, 4e-3) for i in range(len(LAYOUTS[layout].wheels))]
+    assert contacts[0].solve(0.1, 0.2, 0.3, wheels) == contacts[1].solve(0.1, 0.2, 0.3, wheels)
