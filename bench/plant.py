@@ -71,8 +71,8 @@ class Plant:
 
     __slots__ = (
         "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_lift_above", "_load_rows",
-        "_mass", "_omega", "_space", "_supply", "_torques", "_touches", "_velocity", "_walls", "_wheel_inertia",
-        "_yaw_inertia",
+        "_mass", "_omega", "_pushed", "_rolling", "_space", "_supply", "_torques", "_touches", "_velocity", "_walls",
+        "_wheel_inertia", "_yaw_inertia",
         "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
     )  # fmt: skip
 
@@ -94,6 +94,8 @@ class Plant:
         self._load_rows = load_rows(robot.wheels, body.mass_kg, body.cog_height_m)
         self._lift_above = lift_above(self._load_rows)
         self._acceleration = 0.0, 0.0
+        self._pushed: tuple[float, float] | None = None
+        self._rolling = robot.ground.rolling
 
         self.currents_a = [0.0] * len(robot.wheels)
         """What flows, after lag and limits."""
@@ -169,11 +171,18 @@ class Plant:
 
         contact = self._contact
         walls = self._lean(cos, sin) if self._touches else None
+        pushed = self._pushed
+        if pushed is not None:
+            push_x, push_y = (cos * pushed[0] + sin * pushed[1]), (cos * pushed[1] - sin * pushed[0])
+            vx, vy = vx + STEP_S * push_x / self._mass, vy + STEP_S * push_y / self._mass
         new_vx, new_vy, new_omega = contact.solve(vx, vy, omega, wheels, walls)
         self.wheel_speeds_radps = contact.speeds_radps
         self._acceleration = ax, ay = (new_vx - vx) / STEP_S, (new_vy - vy) / STEP_S
         if walls is not None:
             self._acceleration = self._by_the_floor(walls, ax, ay)
+        if pushed is not None:  # at the height of the centre of gravity: it moves no load
+            ax, ay = ax + push_x / self._mass, ay + push_y / self._mass
+            self._pushed = None
         body = self._body
         mass = self._mass
         body.force = mass * (cos * ax - sin * ay), mass * (sin * ax + cos * ay)
@@ -182,6 +191,14 @@ class Plant:
         self._angle = body.angle
         self._velocity = body.velocity
         self._omega = body.angular_velocity
+
+    def push(self, x_n: float, y_n: float) -> None:
+        """A force on the centre of gravity during the next step, in the field's frame."""
+        self._pushed = x_n, y_n
+
+    def set_grip(self, grip: float) -> None:
+        """Another floor under every wheel, from the next step on."""
+        self._contact.stand_on([(grip, self._rolling)] * len(self.currents_a))
 
     @property
     def pose(self) -> Pose:

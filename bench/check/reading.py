@@ -80,6 +80,12 @@ class Recording:
         path = self.directory / recording.PROFILE_TOML
         return path if path.exists() else None
 
+    @property
+    def scenario_file(self) -> Path | None:
+        """The scenario that was run, where it had faults or expectations."""
+        path = self.directory / recording.SCENARIO_TOML
+        return path if path.exists() else None
+
     @cached_property
     def family(self) -> Family:
         """The CAN messages of the robot's motors; a C610's where the robot file cannot be read any more."""

@@ -6,6 +6,8 @@
     state.csv      t_s,x_m,...                               a row every 10 ms, floats with six decimals
     run.toml       robot, profile, scenario, seed, periods, versions; `ticks` is added when the run ends
     robot.toml, profile.toml                                 the files that were used, byte for byte
+    scenario.toml, faults.log                                where a scenario has faults or expectations: the file, and
+                                                             (5.000000) "name" rc AA 08 -> -    each touch of a fault
 
 Tick n is time n ms. A recording starts at tick 0 and holds every tick: it is all that a replay needs. Nothing in it
 depends on the machine, the Python version or the date. What has been written survives the death of the process.
@@ -37,9 +39,10 @@ from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
 
 SCHEMA = 1
 RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "profile.toml", "golden.toml"
+SCENARIO_TOML, FAULTS_LOG = "scenario.toml", "faults.log"
 # can.log is written last: a tick that has begun there stands in the other files, wherever a run was cut off.
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
-FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML)
+FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG)
 
 # Formatting and writing this many ticks takes about 0.4 ms: less than the tick that a real port has to keep.
 BLOCK_TICKS = 100
@@ -73,9 +76,10 @@ class RunInfo:
 class Recorder:
     """Writes one recording. A context manager; `close` ends the run.
 
-    `robot_file` and `profile_file` are copied in. The directory is made; one that already holds something is refused
-    unless `overwrite`, which removes the files of a recording and nothing else, and never a golden. Raises
-    RecordingError where the place cannot be written, at once or later from `add`; what is on disk then stays.
+    `robot_file`, `profile_file` and `scenario_file` are copied in. The directory is made; one that already holds
+    something is refused unless `overwrite`, which removes the files of a recording and nothing else, and never a
+    golden. Raises RecordingError where the place cannot be written, at once or later from `add`; what is on disk then
+    stays.
     """
 
     def __init__(
@@ -85,6 +89,7 @@ class Recorder:
         state_columns: Sequence[str],
         robot_file: Path,
         profile_file: Path | None = None,
+        scenario_file: Path | None = None,
         *,
         overwrite: bool = False,
     ) -> None:
@@ -100,6 +105,8 @@ class Recorder:
         copies = {ROBOT_TOML: read_bytes(robot_file)}
         if profile_file is not None:
             copies[PROFILE_TOML] = read_bytes(profile_file)
+        if scenario_file is not None:
+            copies |= {SCENARIO_TOML: read_bytes(scenario_file), FAULTS_LOG: b""}
         _make_room(self.directory, overwrite)
         try:
             for name in LOGS:
@@ -123,6 +130,10 @@ class Recorder:
         block += outs
         if len(block) >= BLOCK_TICKS:
             self.flush()
+
+    def witness(self, lines: Sequence[str]) -> None:
+        """What faults did, one line each, for a recording with a scenario. Raises RecordingError."""
+        self._write(FAULTS_LOG, "".join(f"{line}\n" for line in lines).encode())
 
     def flush(self) -> None:
         """Write what has been added until now."""

@@ -12,11 +12,13 @@ The three sources differ in where the inputs come from and in nothing else:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.check.expectations import Judge
+from bench.check.faults import KINDS
+from bench.check.faulty import FaultyWorld, Injector
 from bench.check.reading import Recording
 from bench.check.recording import BLOCK_TICKS, RUN_TOML, Recorder, RunInfo
 from bench.check.scenario import Scenario, load_scenario
@@ -43,6 +45,10 @@ class Run:
     source: Recording | None = None
     judge: Judge | None = None
     """Of the scenario's expectations."""
+    injector: Injector | None = None
+    """Of the scenario's faults."""
+    scenario_file: Path | None = None
+    """Goes into the recording where it says what the other files there do not: faults and expectations."""
 
     def recorder(self, directory: Path | str, *, overwrite: bool = False) -> Recorder:
         """A recorder for this run's ticks. Raises RecordingError where the place cannot be written."""
@@ -51,20 +57,22 @@ class Run:
             raise ValueError("a run is recorded with its robot's file; this robot came from none")
         profile_file = robot.rc.file if robot.rc else None
         columns = self.bench.state_columns
-        return Recorder(directory, self.info, columns, robot.file, profile_file, overwrite=overwrite)
+        return Recorder(
+            directory, self.info, columns, robot.file, profile_file, self.scenario_file, overwrite=overwrite
+        )
 
     def __iter__(self) -> Iterator[TickOutput]:
         """Every tick of the run, in order."""
-        bench, inputs = self.bench, self.inputs
+        run_tick, inputs = self._run_tick(), self.inputs
         for tick in range(self.ticks):
-            yield bench.tick(inputs(tick))
+            yield run_tick(inputs(tick))
 
     def blocks(self) -> Iterator[list[TickOutput]]:
         """The same, `BLOCK_TICKS` at a time: what follows a run costs a third of tick by tick then.
 
         Where a tick raises an error, the ones before it come first.
         """
-        run_tick, inputs = self.bench.tick, self.inputs
+        run_tick, inputs = self._run_tick(), self.inputs
         block: list[TickOutput] = []
         try:
             for start in range(0, self.ticks, BLOCK_TICKS):
@@ -75,6 +83,19 @@ class Run:
         except Exception:
             yield block
             raise
+
+    def _run_tick(self) -> Callable[[TickInput], TickOutput]:
+        """The bench's tick; faults that wait for a condition see what came of it."""
+        run_tick, injector = self.bench.tick, self.injector
+        if injector is None:
+            return run_tick
+
+        def observed(given: TickInput) -> TickOutput:
+            out = run_tick(given)
+            injector.observe(out)
+            return out
+
+        return observed
 
 
 def from_source(
@@ -140,6 +161,8 @@ def from_scenario(
         inputs=_scenario_inputs(scenario, rc),
         info=info_of(built, scenario=scenario.name, seed=scenario.seed),
         judge=_judge(scenario, bench),
+        injector=_injector(scenario, bench),
+        scenario_file=path if scenario.faults or scenario.expectations else None,
     )
 
 
@@ -183,13 +206,20 @@ def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
     built = load_robot(recording.robot_file, recording.profile_file)
     built = with_choices(built, recording.info.controller, recording.info.odometry)
     rc, core = recording.rc, recording.core_to_base
+    bench = replayed(built, RecordedMotors(built, recording.feedback) if recorded_can else None)
+    scenario = load_scenario(recording.scenario_file, alone=True) if recording.scenario_file else None
+    # What reached the base over RC and from the core is in the recording as it came, faults included.
+    again = ("answer", "command") if recorded_can else ("answer", "command", "feedback", "esc", "plant")
     return Run(
         title=recording.info.scenario or path.name,
-        bench=replayed(built, RecordedMotors(built, recording.feedback) if recorded_can else None),
+        bench=bench,
         ticks=recording.ticks,
         inputs=lambda tick: TickInput(rc.get(tick, b""), None, core.get(tick, b"")),
         info=replace(recording.info, wheelbench=RunInfo("").wheelbench),
         source=recording,
+        judge=_judge(scenario, bench) if scenario else None,
+        injector=_injector(scenario, bench, again) if scenario else None,
+        scenario_file=recording.scenario_file,
     )
 
 
@@ -200,6 +230,18 @@ def _judge(scenario: Scenario, bench: Bench) -> Judge | None:
         return Judge(scenario.expectations, bench.robot, bench.state_columns)
     except ValueError as error:
         raise UsageError(f"{scenario.path}: expect: {error}") from None
+
+
+def _injector(scenario: Scenario, bench: Bench, wires: Sequence[str] = tuple(KINDS)) -> Injector | None:
+    """Make the scenario's faults on these wires happen to a bench."""
+    if not any(fault.wire in wires for fault in scenario.faults):
+        return None
+    try:
+        injector = Injector(scenario.faults, bench.robot, bench.state_columns, scenario.seed, wires)
+    except ValueError as error:
+        raise UsageError(f"{scenario.path}: fault: {error}") from None
+    bench.world = FaultyWorld(bench.world, injector)
+    return injector
 
 
 def _scenario_inputs(scenario: Scenario, rc: dict[int, bytes]) -> Callable[[int], TickInput]:

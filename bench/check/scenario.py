@@ -10,6 +10,12 @@ seconds = 24.0
 at_s = 14.0
 vx_mps = 0.25
 
+[[fault]]                   # see `faults`
+wire = "rc"
+kind = "drop"
+at_s = 5.0
+for_s = 1.0
+
 [[expect]]                  # see `expectations`
 when = "link == 'lost'"
 then = "speed_mps < 0.05"
@@ -23,6 +29,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from bench.check.expectations import Expectation, read_expectation
+from bench.check.faults import Fault, read_fault
 from bench.config import ConfigError, Table, read_toml
 from bench.messages import BodyTwist
 
@@ -44,10 +51,14 @@ class Scenario:
     expectations: tuple[Expectation, ...] = ()
     controller: str | None = None
     odometry: str | None = None
+    faults: tuple[Fault, ...] = ()
 
 
-def load_scenario(path: Path) -> Scenario:
-    """Read and check a scenario file. Raises ConfigError with file, key and what to try."""
+def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
+    """Read and check a scenario file; `alone` is a copy in a recording, without its capture beside it.
+
+    Raises ConfigError with file, key and what to try.
+    """
     data = Table(path, "", read_toml(path))
     data.take_schema()
     rc = data.get("rc", str, None)
@@ -76,8 +87,14 @@ def load_scenario(path: Path) -> Scenario:
         expectations=tuple(map(read_expectation, data.tables("expect", optional=True))),
         controller=data.get("controller", str, None),
         odometry=data.get("odometry", str, None),
+        faults=tuple(map(read_fault, data.tables("fault", optional=True))),
     )
     data.refuse_rest()
-    if scenario.rc is not None and not scenario.rc.is_file():
+    for key, entries in (("fault", scenario.faults), ("expect", scenario.expectations)):
+        called = [entry.name for entry in entries]
+        twice = next((name for name in called if called.count(name) > 1), None)
+        if twice is not None:
+            raise data.fail(key, f"two are called {twice!r}; give each a name of its own")
+    if scenario.rc is not None and not alone and not scenario.rc.is_file():
         raise ConfigError(f"{path}: rc: there is no capture {scenario.rc}")
     return scenario

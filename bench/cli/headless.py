@@ -25,7 +25,7 @@ def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) 
     already recorded is lost. Raises KeyboardInterrupt for either.
     """
     summary = Summary(len(run.bench.robot.wheels))
-    judge = run.judge
+    judge, injector = run.judge, run.injector
     started_ns = now_ns()
     with _asked_to_stop() as asked:
         try:
@@ -36,6 +36,9 @@ def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) 
                 if judge is not None:
                     for out in block:
                         judge.add(out)
+                touches = injector.take_touches() if injector is not None else []
+                if touches and recorder is not None:
+                    recorder.witness([touch.text for touch in touches])
                 if asked:
                     raise KeyboardInterrupt
         finally:

@@ -72,10 +72,13 @@ def run(args: argparse.Namespace) -> int:
         if golden is not None and directory is not None:
             comparison = verdict(Recording.open(directory), golden)
     verdicts = job.judge.verdicts() if job.judge else []
+    untouched = job.injector.untouched() if job.injector else []
     if args.json:
         facts = summary.facts(job) | {"speed_factor": round(speed, 2)}
         if verdicts:
             facts["expectations"] = [one.as_dict() for one in verdicts]
+        if job.injector:
+            facts["faults"] = job.injector.counts()
         if comparison is not None:
             facts["golden"] = comparison.as_dict()
         print(json.dumps(facts))
@@ -88,5 +91,9 @@ def run(args: argparse.Namespace) -> int:
             print("golden    " + "\n".join(comparison.lines))
         for one in verdicts:
             print(f"{'expect' if one.ok else 'EXPECT':10}{one.text}")
-    met = all(one.ok for one in verdicts)
+        for name in untouched:
+            print(
+                f"FAULT     {name}: touched nothing, so the run proves nothing about it; check its times and condition"
+            )
+    met = all(one.ok for one in verdicts) and not untouched
     return EXIT_OK if met and (comparison is None or comparison.ok) else EXIT_FAILED

@@ -153,6 +153,7 @@ class WiredWorld(World):
 
     def __init__(self, world: World, *, rc: str = "sim:", slamware: str = "sim:", can: str = "sim:") -> None:
         super().__init__(world.robot, core=world.core, motors=world.motors)
+        self._inner = world
         self._rc = self._slamware = None
         self._can: CanWire | None = None
         try:
@@ -165,7 +166,7 @@ class WiredWorld(World):
 
     def speak(self, tick: int, given: TickInput) -> tuple[bytes, bytes, tuple[CanFrame, ...]]:
         """As `World.speak`, through the ports."""
-        rc, core_to_base, feedback = super().speak(tick, given)
+        rc, core_to_base, feedback = self._inner.speak(tick, given)
         if self._rc is not None and rc:
             rc = self._rc.to_base(rc)
         if self._slamware is not None and core_to_base:
@@ -180,7 +181,7 @@ class WiredWorld(World):
             can_out = self._can.from_base(can_out)
         if self._slamware is not None and slamware_out:
             slamware_out = self._slamware.from_base(slamware_out)
-        return super().hear(tick, can_out, slamware_out)
+        return self._inner.hear(tick, can_out, slamware_out)
 
     def close(self) -> None:
         """Close every port."""
