@@ -1,5 +1,6 @@
 """A person at a desk, without the desk: a pacer that grants ticks when told, a session on a bench, a fixed scene."""
 
+import asyncio
 from dataclasses import replace
 
 from bench.check.recording import RunInfo
@@ -12,7 +13,9 @@ from bench.messages import BodyTwist, Pose, RcFrame, Snapshot
 from bench.screen.keyboard import Keyboard
 from bench.screen.scene import Hands, Pace, Scene
 from bench.screen.session import Session
+from bench.screen.view import PANELS
 from bench.slamware import FrameDecoder
+from bench.tui import Dashboard
 
 M2006 = load_robot("m2006")
 
@@ -109,3 +112,31 @@ def scene(**changes):
     of_snapshot = {name: value for name, value in changes.items() if hasattr(SNAPSHOT, name)}
     of_scene = {name: value for name, value in changes.items() if name not in of_snapshot}
     return replace(SCENE, snapshot=replace(SNAPSHOT, **of_snapshot), **of_scene)
+
+
+def piloted(session, steps, size=(80, 24)):
+    """Run the app on a screen of memory, do the steps, give the app back."""
+    app = Dashboard(session)
+
+    async def run():
+        async with app.run_test(size=size) as pilot:
+            await steps(app, pilot)
+
+    asyncio.run(run())
+    return app
+
+
+def frame(app, ticks=20):
+    app.session.link.pacer.granted = ticks
+    app.frame()
+
+
+def on_screen(app, width, height):
+    """What the widgets hold, where they stand."""
+    rows = [[" "] * width for _ in range(height)]
+    for panel in (app.query_one(f"#{name}") for name in PANELS):
+        if panel.display:
+            region = panel.region
+            for y in range(region.height):
+                rows[region.y + y][region.x : region.right] = panel.render_line(y).text.ljust(region.width)
+    return ["".join(row).rstrip() for row in rows]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from rig import Rig
+from robot_files import EXAMPLE, PAGE, eight_wheels
 
 from bench.canbus.c610 import COUNTS
 from bench.config import (
@@ -196,8 +197,6 @@ def test_the_textbooks_wheels_at_4_1_and_2_rad_per_second():
 
 # --- a robot of one's own ----------------------------------------------------------------------------------------
 
-PAGE = (ROOT / "docs" / "robots.md").read_text()
-EXAMPLE = re.search(r"^```toml\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE).group(1)
 KEYS = re.compile(r"^\| (`\w+`(?:, `\w+`)*) \| ([^|]+) \|", re.MULTILINE)
 
 
@@ -240,17 +239,6 @@ def test_an_odd_robot_drives_where_the_textbooks_form_says(my_robot, twist):
     assert plant.twist == pytest.approx(twist, abs=0.005)
     assert plant.wheel_speeds_radps == pytest.approx(turned_by_textbook(robot.wheels, twist), abs=0.15)
     assert rig.believed == pytest.approx(rig.truth, abs=2e-3)
-
-
-def eight_wheels(count=8):
-    """The example on a ring of small wheels, alternately to the left and to the right."""
-    rest = EXAMPLE[EXAMPLE.index("[body]") :]
-    ring = "".join(
-        f'[[wheel]]\nname = "w{i}"\nbearing_deg = {45 * i + 10}\ndistance_m = 0.18\nradius_m = 0.04\ncan_id = {i + 1}\n'
-        f"direction = {-1 if i % 2 else 1}\n"
-        for i in range(count)
-    )
-    return EXAMPLE[: EXAMPLE.index("[[wheel]]")] + ring + rest
 
 
 def test_eight_driven_wheels_take_two_command_frames_and_drive(my_robot):

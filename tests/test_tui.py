@@ -1,12 +1,11 @@
 """The dashboard: a session by its keys, then the app around it through Textual's Pilot, at 80x24."""
 
-import asyncio
 import os
 import signal
 from dataclasses import replace
 
 import pytest
-from desk import Granted, a_job, armed, at_the_keys, pass_ticks
+from desk import Granted, a_job, armed, at_the_keys, frame, on_screen, pass_ticks, piloted
 from textual import events
 
 from bench.check.reading import Recording
@@ -19,8 +18,7 @@ from bench.io.clock import WallPacer
 from bench.io.link import BenchStopped, InlineLink
 from bench.screen.lamp import GoldenLamp
 from bench.screen.session import Session
-from bench.screen.view import PANELS, picture
-from bench.tui import Dashboard
+from bench.screen.view import picture
 
 
 def words(session, width=80, height=24):
@@ -223,34 +221,6 @@ def test_a_run_without_a_golden_says_so():
 
 
 # --- the app -------------------------------------------------------------------------------------------------------
-
-
-def piloted(session, steps, size=(80, 24)):
-    """Run the app on a screen of memory, do the steps, give the app back."""
-    app = Dashboard(session)
-
-    async def run():
-        async with app.run_test(size=size) as pilot:
-            await steps(app, pilot)
-
-    asyncio.run(run())
-    return app
-
-
-def frame(app, ticks=20):
-    app.session.link.pacer.granted = ticks
-    app.frame()
-
-
-def on_screen(app, width, height):
-    """What the widgets hold, where they stand."""
-    rows = [[" "] * width for _ in range(height)]
-    for panel in (app.query_one(f"#{name}") for name in PANELS):
-        if panel.display:
-            region = panel.region
-            for y in range(region.height):
-                rows[region.y + y][region.x : region.right] = panel.render_line(y).text.ljust(region.width)
-    return ["".join(row).rstrip() for row in rows]
 
 
 EFFECTS = {

@@ -140,4 +140,4 @@ def _channel(frame: RcFrame | None, part: Axis | Button) -> str:
 
 
 def _switch(name: str, frame: RcFrame | None, button: Button | None) -> str:
-    return f"{name} ch{button.channel} {_channel(frame, button)}" if button is not None else f"{name} none"
+    return f" {name} ch{button.channel} {_channel(frame, button)}" if button is not None else f" {name} none"
