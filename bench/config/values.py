@@ -126,7 +126,7 @@ class Limits:
     wheel_radps: float
     linear_acceleration_mps2: float
     angular_acceleration_radps2: float
-    slip_radps: float = 1.0
+    slip_radps: float = 0.5
     """Above this slip residual a redundant base is said to slip. docs/odometry.md."""
 
 
