@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bench.config import Robot, Wheel
+from bench.config import EXACT, Robot, Wheel
+from bench.errors import UsageError
 from bench.instruments import GyroBus, encoder_bus
 from bench.kinematics import Kinematics
 from bench.m2006 import MotorBus
@@ -31,6 +32,7 @@ class Reckoning:
     """The sources of one base and the odometry that follows them. `step` stands in the place of `motors.receive`.
 
     `turned_rad` counts what each driven wheel has turned, `dead_turned_rad` each dead wheel, since the first report.
+    Raises UsageError where a printed form of odometry, which knows wheels alone, would have to follow a gyro.
     """
 
     __slots__ = (
@@ -52,6 +54,11 @@ class Reckoning:
     )
 
     def __init__(self, robot: Robot, motors: MotorBus, kinematics: Kinematics) -> None:
+        if robot.gyro is not None and robot.odometry != EXACT:
+            raise UsageError(
+                f"{robot.odometry}: a printed form takes its heading from wheels, and {robot.name} has a gyro; "
+                "give a robot file without [gyro]"
+            )
         dead = robot.dead_wheels
         self._motors = motors
         self._encoders = encoder_bus(robot) if dead else None

@@ -13,10 +13,11 @@ from pathlib import Path
 import pytest
 
 from bench.canbus import c610, dm3519
+from bench.canbus.instruments import with_instruments
 from bench.canbus.table import byte_table
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "docs" / name for name in ("c610.md", "dm3519.md", "bus.md")]
+PAGES = [ROOT / "docs" / name for name in ("c610.md", "dm3519.md", "bus.md", "gyro.md")]
 BY_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 
 MARK = re.compile(r"<!-- bytes: (\S+) (0x[0-9A-F]{3}) -->\n((?:\|.*\n)*)")
@@ -26,6 +27,7 @@ FAMILIES = {
     "dm3519": dm3519.family(),
     "dm3519-error": dm3519.family(feedback_variant="error"),
     "dm3519-short": dm3519.family(clear_error="short"),
+    "gyro": with_instruments(c610.FAMILY, (), 1),
 }
 
 
@@ -56,7 +58,7 @@ def test_the_worked_frames_are_those_from_outside(name):
 
 
 def test_every_kind_of_message_has_a_table():
-    assert len(list(tables())) == 7
+    assert len(list(tables())) == 8
 
 
 @BY_PAGE

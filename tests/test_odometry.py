@@ -15,6 +15,7 @@ from bench.check.reading import Recording
 from bench.check.recording import Recorder, RunInfo
 from bench.check.run import from_recording
 from bench.config import Gyro, Wheel, load_robot
+from bench.errors import UsageError
 from bench.instruments import EmulatedGyro, GyroBus, Noise, PassiveWheels
 from bench.kinematics import Kinematics, twist_from_document_002
 from bench.loop import Bench, simulated
@@ -330,6 +331,13 @@ def test_a_gyros_bias_drifts_by_bias_times_time(bias_degps):
     assert rig.truth.heading_rad == 0.0
     assert rig.believed.heading_rad == pytest.approx(bias * 1.999, abs=1e-8)
     assert rig.believed[:2] == (0.0, 0.0)
+
+
+def test_a_printed_form_cannot_follow_a_gyro():
+    robot = replace(load_robot("deadwheel3"), odometry="document-002-as-printed")
+    assert Base(robot).reckoning.source == DEAD_WHEELS
+    with pytest.raises(UsageError, match="takes its heading from wheels, and deadwheel3 has a gyro"):
+        Base(replace(robot, gyro=Gyro(1)))
 
 
 def test_noise_is_normal_enough_and_follows_its_seed():
