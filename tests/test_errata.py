@@ -91,10 +91,12 @@ REFERENCE = {
     (21, "a tenth of"): ((0.4, 0.1, 0.2), (0.4, 0.1, 0.2), 1e-3),
     (22, "0.3 m/s right"): ((0, -0.51), (0.51, 0), 0.01),  # 0.3 m/s for 2 s, less the ramp of 0.6 m/s2
     (23, "0.3 m/s right"): ((0,), (math.degrees(2.636 * 0.51),), 2.5),
-    (26, "0.5 m/s"): ((0.5,), (0.1832 - (0.3 - 0.6 * 0.5 * 0.96593) * 1.118,), 2e-3),  # 0.29 A
+    # Forward wants cos 15 deg of the wheel speed that 1.0 m/s is, so 0.58 A for each m/s; from 0.3 A, 1.118 m/s an A.
+    (26, "0.3 m/s forward"): ((0.3,), (0.1832 - (0.3 - 0.6 * 0.3 * 0.96593) * 1.118,), 2e-3),
+    (26, "0.5 m/s"): ((0.5,), (0.1832 - (0.3 - 0.6 * 0.5 * 0.96593) * 1.118,), 2e-3),
     (26, "0.2 m/s"): ((0.2,), (0,), 1e-3),  # 0.116 A less than what friction and rolling loss want
     (26, "2 rad/s"): ((2,), (0,), 1e-3),
-    (26, "standing"): ((0.18 * load_robot("m2006").control.kp_a_per_radps,), (0,), 1e-9),
+    (26, "standing"): ((0.18 * 0.6,), (0,), 1e-9),  # all that 0.6 A give
     (27, "1.0 m/s forward"): ((1.0,), (0.5186,), 1e-3),
     (27, "current for"): ((1.03,), (0.6,), 5e-3),
     (28, "row of wheel 1"): ((9.58589, -35.77503, 2.25926), (9.58589, -35.77503, 2.25926), 0.04),
@@ -364,6 +366,17 @@ def test_printed_forms_say_so_in_their_names_and_which_row_they_are():
             assert "asprinted" in function.__name__.lower().replace("_", ""), function
             if not function.__name__.startswith(("_", "Position")):
                 assert "Row" in function.__doc__, function
+
+
+def test_the_page_says_what_is_measured():
+    """docs/errata.md: the table of the speed loop beside document 004's current, line by line."""
+    page = (Path(__file__).parents[1] / "docs" / "errata.md").read_text()
+    section = page[page.index("## Current proportional") :]
+    table = [line.split("|")[1:4] for line in section.splitlines() if line.startswith("| ")][1:]
+    measured = [pair for one in evidence(26).figures for pair in zip(one.right, one.printed, strict=True)]
+    assert len(table) == len(measured) == 8
+    for (asked, *said), pair in zip(table, measured, strict=True):
+        assert [float(cell.split()[0]) for cell in said] == pytest.approx(pair, abs=6e-4, rel=0.002), asked
 
 
 # --- the verb ----------------------------------------------------------------------------------------------------

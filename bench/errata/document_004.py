@@ -137,7 +137,7 @@ def _condition(base: Kinematics) -> float:
 def _row_26() -> Evidence:
     loop, printed = robot_for("m2006"), robot_for("m2006", controller="current-as-printed")
     figures = []
-    for asked_mps in (0.2, 0.5):
+    for asked_mps in (0.2, 0.3, 0.5):
         speeds = [settled(robot, BodyTwist(asked_mps, 0.0, 0.0)).twist.vx_mps for robot in (loop, printed)]
         figures.append(Figure(f"{asked_mps} m/s forward asked: settles at", (speeds[0],), (speeds[1],), "m/s", PLANT))
     turns = [settled(robot, BodyTwist(0.0, 0.0, 2.0)).twist.omega_radps for robot in (loop, printed)]
