@@ -9,6 +9,7 @@ from robot_files import EXAMPLE, eight_wheels
 
 from bench.__main__ import main
 from bench.config import load_robot, robot_names
+from bench.demo import SCENARIO
 from bench.rc.transmitter import Sticks, Transmitter
 
 
@@ -87,3 +88,9 @@ def test_replay_drives_it(name, tmp_path, capsys):
     if record:
         assert main(["replay", str(tmp_path / "run")]) == 0
         assert "golden    identical" in capsys.readouterr().out
+
+
+def test_a_scenarios_stream_is_not_fed_to_a_transmitter_of_another_kind(capsys):
+    assert main(["replay", str(SCENARIO), "--robot", "mecanum"]) == 2
+    said = capsys.readouterr().err
+    assert "is uart12, but the profile dr16 speaks dbus; give --profile (uart12 would fit)" in said

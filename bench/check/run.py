@@ -152,7 +152,9 @@ def from_scenario(
     built = with_choices(built, controller, odometry)
     rc: dict[int, bytes] = {}
     if scenario.rc is not None:
-        rc = _rc_by_tick(load_capture(scenario.rc), built, scenario.period_ms)
+        capture = load_capture(scenario.rc)
+        _refuse_another_protocol(path, capture.protocol, built)
+        rc = _rc_by_tick(capture, built, scenario.period_ms)
     bench = simulated(built)
     return Run(
         title=scenario.name,
@@ -182,12 +184,7 @@ def from_capture(
     built = with_choices(load_robot(robot or "m2006", profile), controller, odometry)
     if built.rc is None:
         raise UsageError(f"{built.file}: this robot takes no RC; give --profile to drive it with a capture")
-    if protocol is not None and built.rc.protocol != protocol:
-        fitting = [name for name in profile_names() if load_profile(name).protocol == protocol]
-        known = f" ({', '.join(fitting)} would fit)" if fitting else ""
-        raise UsageError(
-            f"{path}: is {protocol}, but the profile {built.rc.name} speaks {built.rc.protocol}; give --profile{known}"
-        )
+    _refuse_another_protocol(path, protocol, built)
     rc = _rc_by_tick(capture, built, period_ms)
     if not rc:
         raise UsageError(f"{path}: holds no bytes to replay")
@@ -220,6 +217,18 @@ def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
         judge=_judge(scenario, bench) if scenario else None,
         injector=_injector(scenario, bench, again) if scenario else None,
         scenario_file=recording.scenario_file,
+    )
+
+
+def _refuse_another_protocol(path: Path, protocol: str | None, robot: Robot) -> None:
+    """A stream that the robot's transmitter does not speak would be noise from end to end."""
+    profile = robot.rc
+    if profile is None or protocol is None or profile.protocol == protocol:
+        return
+    fitting = [name for name in profile_names() if load_profile(name).protocol == protocol]
+    known = f" ({', '.join(fitting)} would fit)" if fitting else ""
+    raise UsageError(
+        f"{path}: is {protocol}, but the profile {profile.name} speaks {profile.protocol}; give --profile{known}"
     )
 
 
