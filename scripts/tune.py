@@ -2,6 +2,7 @@
 
     python scripts/tune.py [ROBOT ...]      print the gains of these robots, or of all
     python scripts/tune.py --write          write them into the robot files
+    python scripts/tune.py --check          drive them: the table of docs/plant.md
 
 The loop. A motor's torque moves its wheel, and through the floor the body and the other wheels. Without slip the wheels
 accelerate by H M^-1 H' tau, with M = diag(m, m, Jz) + J H'H: three directions of motion, each a first-order lag of its
@@ -24,19 +25,30 @@ import argparse
 import math
 import re
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from bench.base import Base
 from bench.canbus.c610 import COUNTS
-from bench.config import Robot, load_robot, robot_names, robot_path
+from bench.config import Robot, load_profile, load_robot, robot_names, robot_path
 from bench.controller import DT_S
 from bench.kinematics import Kinematics, singular_values
+from bench.loop import simulated
+from bench.messages import TickInput
+from bench.plant import Plant
+from bench.rc.transmitter import AT_REST, Sticks, Transmitter
+from bench.world import SimulatedMotors
 
 FLOOR_MARGIN_RAD = math.radians(60.0)
 FREE_MARGIN_RAD = math.radians(45.0)
 COUNT_SHARE_OF_LIMIT = 0.05
 INTEGRATOR_CORNER = 1.0 / 4.0
 DEAD_TIME_S = 2.0 * DT_S
+SHARE = 0.3
+"""Of the full stick: every robot reaches it within its current's limit."""
+ARMING_TICKS, PUSHED_TICKS, RELEASED_TICKS = 100, 1400, 800
 DIGITS = 3
 
 
@@ -128,6 +140,82 @@ def written(path: Path) -> str:
     return f"{above}\n{comment(t)}{mark}{below}"
 
 
+class Sample(NamedTuple):
+    """One tick of a drive along one axis: m/s, or rad/s where it turns."""
+
+    wanted: float
+    is_: float
+    currents_a: tuple[float, ...]
+
+
+class Judged(NamedTuple):
+    """What a drive shows of a speed loop. Speeds as those of the axis, times in ms."""
+
+    speed: float
+    lag: float
+    """Largest difference between the ramp and the robot."""
+    overshoot: float
+    """Above the speed, as a share of it."""
+    settled_ms: int
+    """From the end of the ramp until the robot stays within 2 % of the speed."""
+    standing_ms: int
+    """From letting go until the robot stays below 2 % of the speed."""
+
+
+def response(robot: Robot, axis: int) -> list[Sample]:
+    """On an open floor: a stick is pushed to SHARE for PUSHED_TICKS and let go. The axis is 0 forward, 1 left, 2 turn.
+
+    A robot without RC is given a transmitter, for this: its speed loops do not know who drives.
+    """
+    profile = replace(robot.rc or load_profile("uart12"), arming="on_link", dead_band=0.0, expo=0.0)
+    robot = replace(robot, rc=profile)
+    bench = simulated(robot)
+    bench.world.motors = SimulatedMotors(robot, Plant(robot, arena=None))
+    base, plant, transmitter = bench.base, bench.world.plant, Transmitter(profile)
+    assert isinstance(base, Base)
+    pushed = Sticks(*(SHARE if i == axis else 0.0 for i in range(3)))
+    samples = []
+    for tick in range(-ARMING_TICKS, PUSHED_TICKS + RELEASED_TICKS):
+        sticks = pushed if 0 <= tick < PUSHED_TICKS else AT_REST
+        bench.tick(TickInput(transmitter.step(bench.now_tick, sticks)))
+        if tick >= 0:
+            wanted = base.kinematics.twist(base.wanted_radps)
+            samples.append(Sample(wanted[axis], plant.twist[axis], tuple(plant.currents_a)))
+    return samples
+
+
+def judged(samples: Sequence[Sample]) -> Judged:
+    """The figures of a response."""
+    pushed = samples[:PUSHED_TICKS]
+    speed = pushed[-1].wanted
+    band = 0.02 * speed
+    ramped = next(tick for tick, sample in enumerate(pushed) if sample.wanted == speed)
+    outside = [tick for tick, sample in enumerate(pushed) if abs(sample.is_ - speed) > band]
+    let_go = next(tick for tick, sample in enumerate(samples) if tick >= PUSHED_TICKS and sample.wanted == 0.0)
+    moving = [tick for tick, sample in enumerate(samples) if abs(sample.is_) > band]
+    return Judged(
+        speed=speed,
+        lag=max(abs(sample.wanted - sample.is_) for sample in pushed),
+        overshoot=max(sample.is_ for sample in pushed) / speed - 1.0,
+        settled_ms=max(0, outside[-1] + 1 - ramped),
+        standing_ms=moving[-1] + 1 - let_go,
+    )
+
+
+def check_row(name: str) -> str:
+    """One robot's row of the table in docs/plant.md."""
+    robot = load_robot(name)
+    each = [judged(response(robot, axis)) for axis in range(3)]
+    cells = [
+        ", ".join(f"{one.speed:.2f}" for one in each),
+        ", ".join(f"{1000 * one.lag:.0f}" for one in each),
+        ", ".join(f"{100 * one.overshoot:.0f}" for one in each),
+        ", ".join(f"{one.settled_ms}" for one in each),
+        ", ".join(f"{one.standing_ms}" for one in each),
+    ]
+    return f"| {name} | {' | '.join(cells)} |"
+
+
 def main() -> int:
     """Print or write the gains."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -135,10 +223,13 @@ def main() -> int:
         "robots", nargs="*", metavar="ROBOT", help="names or .toml files (all that come with wheelbench)"
     )
     parser.add_argument("--write", action="store_true", help="write them into the files")
+    parser.add_argument("--check", action="store_true", help="drive them, and print what their gains do")
     args = parser.parse_args()
     for name in args.robots or robot_names():
         path = robot_path(name)
-        if args.write:
+        if args.check:
+            print(check_row(name))
+        elif args.write:
             path.write_text(written(path), encoding="utf-8")
         else:
             t = tune(load_robot(path))
