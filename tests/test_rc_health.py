@@ -53,7 +53,7 @@ def test_noise_by_reason_and_link_quality():
     meter.take(0, [RcNoise(0, 3, "header"), RcNoise(28, 4, "checksum"), RcNoise(40, 1, "header")])
     meter.take(1, [RcLinkStatistics(32, 14, 97, -70, 8)])
     health = meter.at(1)
-    assert (health.noise_bytes, health.noise_by_reason, health.quality_percent) == (8, {"header": 2, "checksum": 1}, 97)
+    assert (health.noise_bytes, health.noise_by_reason, health.quality_percent) == (8, {"header": 4, "checksum": 4}, 97)
 
 
 def test_rate_and_jitter_are_those_of_a_window():

@@ -5,22 +5,26 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bench.canbus.table import Family
     from bench.messages import RcEvent
+    from bench.rc.health import HealthMeter
 
 CAN_LOGS = ("c610", "dm3519")
 OTHER_WIRES = ("slamware", *CAN_LOGS)
+AUTO = "auto"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument(
-        "protocol", metavar="PROTOCOL", help="uart12, sbus, crsf, ibus, dbus; slamware; c610, dm3519 (a CAN log)"
+        "protocol",
+        metavar="PROTOCOL",
+        help="uart12, sbus, crsf, ibus, dbus; slamware; c610, dm3519 (a CAN log); auto finds out which",
     )
     parser.add_argument(
         "file", metavar="FILE", type=Path, help="raw bytes, with byte times in FILE's .json if there is one"
@@ -34,33 +38,59 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Decode a file; exit status 0 if a frame came out, 1 if none did."""
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
+    from bench.rc.health import HealthMeter, summary
 
     if args.chunk < 0:
         raise UsageError(f"--chunk: expected 1 or more bytes, got {args.chunk}")
-    facts = _can(args.protocol, args.file, args.robot) if args.protocol in CAN_LOGS else _serial(args)
+    protocol = _recognised(args) if args.protocol == AUTO else args.protocol
+    if protocol is None:
+        return EXIT_FAILED
+    meter = HealthMeter()
+    facts = _can(protocol, args.file, args.robot) if protocol in CAN_LOGS else _serial(protocol, args, meter)
     frames = 0
     for fact in facts:
         frames += fact["event"] == "frame"
         print(json.dumps(fact) if args.json else _line(fact))
     if not frames:
-        print(f"wheelbench decode: no {args.protocol} frame in {args.file}", file=sys.stderr)
+        print(f"wheelbench decode: no {protocol} frame in {args.file}", file=sys.stderr)
+    if protocol not in OTHER_WIRES and not args.json:
+        print(f"wheelbench decode: {summary(meter.at())}", file=sys.stderr)
     return EXIT_OK if frames else EXIT_FAILED
 
 
-def _serial(args: argparse.Namespace) -> Iterator[dict[str, Any]]:
+def _recognised(args: argparse.Namespace) -> str | None:
+    """The protocol of the file, or None; says on stderr what was seen."""
+    from bench.rc.capture import load_capture
+    from bench.rc.recognise import CAN, JUDGED_BYTES, recognise
+
+    # A CAN log and an empty file are no captures: they come before anything is asked of a capture.
+    head = b""
+    if args.file.is_file():
+        with args.file.open("rb") as file:
+            head = file.read(JUDGED_BYTES)
+    verdict = recognise(head)
+    if verdict.protocol != CAN and (head or not args.file.is_file()):
+        capture = load_capture(args.file, use_times=not args.no_times)
+        verdict = recognise(capture.data, capture.times_us)
+    print(f"wheelbench decode: {args.file}: {verdict.text}", file=sys.stderr)
+    # The DM3519 speaks on the identifiers of the C610: nothing in a log tells them apart for certain.
+    return "c610" if verdict.protocol == CAN else verdict.protocol
+
+
+def _serial(protocol: str, args: argparse.Namespace, meter: HealthMeter) -> Iterator[dict[str, Any]]:
     from bench import rc_decode
     from bench.config import nearest
     from bench.errors import UsageError
     from bench.rc.capture import load_capture
 
-    known = [*rc_decode.PROTOCOLS, *OTHER_WIRES]
-    if args.protocol not in known:
-        raise UsageError(f"no protocol is called {args.protocol!r}{nearest(args.protocol, known)}")
+    known = [*rc_decode.PROTOCOLS, *OTHER_WIRES, AUTO]
+    if protocol not in known:
+        raise UsageError(f"no protocol is called {protocol!r}{nearest(protocol, known)}")
     capture = load_capture(args.file, use_times=not args.no_times)
     pieces = _pieces(capture.data, capture.times_us, args.chunk or len(capture.data))
-    if args.protocol == "slamware":
+    if protocol == "slamware":
         return _slamware(data for data, _ in pieces)
-    return _rc(args.protocol, pieces)
+    return _rc(protocol, pieces, meter, capture.times_us)
 
 
 def _pieces(data: bytes, times_us: Any, size: int) -> Iterator[tuple[bytes, Any]]:
@@ -68,15 +98,16 @@ def _pieces(data: bytes, times_us: Any, size: int) -> Iterator[tuple[bytes, Any]
         yield data[start : start + size], times_us[start : start + size] if times_us is not None else None
 
 
-def _rc(protocol: str, pieces: Iterable[tuple[bytes, Any]]) -> Iterator[dict[str, Any]]:
+def _rc(
+    protocol: str, pieces: Iterable[tuple[bytes, Any]], meter: HealthMeter, times_us: Sequence[float] | None
+) -> Iterator[dict[str, Any]]:
     from bench import rc_decode
 
     decoder = rc_decode.decoder(protocol)
-    for data, times_us in pieces:
-        for event in decoder.feed(data, times_us):
+    for data, piece_times_us in (*pieces, (b"", None)):
+        for event in decoder.feed(data, piece_times_us) if data else decoder.finish():
+            meter.take(times_us[event.offset + event.length - 1] if times_us is not None else None, [event])
             yield _rc_fact(protocol, event)
-    for event in decoder.finish():
-        yield _rc_fact(protocol, event)
 
 
 def _rc_fact(protocol: str, event: RcEvent) -> dict[str, Any]:

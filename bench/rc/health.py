@@ -26,6 +26,7 @@ class Health:
     frame_lost_frames: int
     noise_bytes: int
     noise_by_reason: dict[str, int]
+    """The same bytes by the reason of the first refusal of their run."""
     rate_hz: float | None
     jitter_us: float | None
     """Standard deviation of the time between frames, over the window."""
@@ -44,21 +45,26 @@ class HealthMeter:
         self._frames = self._failsafe = self._frame_lost = self._noise_bytes = 0
         self._reasons: dict[str, int] = {}
         self._quality: int | None = None
+        self._now_us = 0.0
 
-    def take(self, now_us: float, events: Iterable[RcEvent]) -> None:
-        """Count the events that came out at this time."""
+    def take(self, now_us: float | None, events: Iterable[RcEvent]) -> None:
+        """Count the events that came out at this time; None where times are not known."""
+        if now_us is not None:
+            self._now_us = now_us
         for event in events:
             if isinstance(event, RcFrame):
                 self._take_frame(now_us, event)
             elif isinstance(event, RcNoise):
                 self._noise_bytes += event.length
                 # A decoder's reasons are a closed set: this cannot grow with what arrives.
-                self._reasons[event.reason] = self._reasons.get(event.reason, 0) + 1
+                self._reasons[event.reason] = self._reasons.get(event.reason, 0) + event.length
             elif isinstance(event, RcLinkStatistics):
                 self._quality = event.uplink_quality_percent
 
-    def at(self, now_us: float) -> Health:
-        """The figures at this time."""
+    def at(self, now_us: float | None = None) -> Health:
+        """The figures at this time, or at that of the last event."""
+        if now_us is None:
+            now_us = self._now_us
         times = self._times_us
         last_us = times[-1] if times else None
         age_us = now_us - last_us if last_us is not None else None
@@ -78,13 +84,28 @@ class HealthMeter:
             quality_percent=self._quality,
         )
 
-    def _take_frame(self, now_us: float, frame: RcFrame) -> None:
+    def _take_frame(self, now_us: float | None, frame: RcFrame) -> None:
         self._frames += 1
         self._failsafe += frame.failsafe
         self._frame_lost += frame.frame_lost
-        if frame.failsafe or frame.frame_lost:
-            return  # the receiver's filling, not the transmitter's word
+        if now_us is None or frame.failsafe or frame.frame_lost:
+            return  # of the latter two the receiver speaks, not the transmitter
         if self._times_us:
             gap_us = now_us - self._times_us[-1]
             self._longest_gap_us = max(gap_us, self._longest_gap_us or 0.0)
         self._times_us.append(now_us)
+
+
+def summary(health: Health) -> str:
+    """One line for people: what came, what was refused and why, and what the times say where there are any."""
+    parts = [f"{health.frames} frames"]
+    flags = [(health.failsafe_frames, "failsafe"), (health.frame_lost_frames, "frame lost")]
+    if said := [f"{count} {name}" for count, name in flags if count]:
+        parts[0] += f" ({', '.join(said)})"
+    reasons = sorted(health.noise_by_reason.items(), key=lambda one: (-one[1], one[0]))
+    told = f" ({', '.join(f'{name} {count}' for name, count in reasons)})" if reasons else ""
+    parts.append(f"{health.noise_bytes} bytes of noise{told}")
+    if health.rate_hz is not None and health.jitter_us is not None and health.longest_gap_us is not None:
+        parts.append(f"{health.rate_hz:.1f} Hz, jitter {health.jitter_us / 1000:.2f} ms")
+        parts.append(f"longest gap {health.longest_gap_us / 1000:.1f} ms")
+    return "; ".join(parts)
