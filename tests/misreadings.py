@@ -76,7 +76,7 @@ def misread(protocol: str, seed: int, reader: Settings, count: int = 60, drops: 
 def mistakes(protocol: str) -> Iterator[Mistake]:
     """What the brief of a bench's day holds, from nothing wrong to much."""
     right, _ = LINES[protocol]
-    named = f"looks like {NAMES[protocol]} ("
+    named = f" {NAMES[protocol]} ("
     turned = "that does not invert" if right.inverted else "that inverts"
     other = right._replace(inverted=not right.inverted)
     yield Mistake(protocol, "nothing wrong", right, ())
@@ -116,7 +116,7 @@ def outcome(mistake: Mistake, seed: int, **how: float) -> str:
         return "right" if verdict.protocol == mistake.protocol else "wrong"
     if mistake.words and all(word in verdict.text for word in mistake.words):
         return "right"
-    return "unsure" if verdict.text.startswith("cannot tell") or "too few" in verdict.text else "wrong"
+    return "unsure" if verdict.text.startswith("cannot tell: ") or "too few" in verdict.text else "wrong"
 
 
 def row(mistake: Mistake, seeds: int) -> str:

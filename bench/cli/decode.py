@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from bench.canbus.table import Family
     from bench.messages import RcEvent
+    from bench.rc.capture import Capture
     from bench.rc.health import HealthMeter
 
 CAN_LOGS = ("c610", "dm3519")
@@ -42,11 +43,17 @@ def run(args: argparse.Namespace) -> int:
 
     if args.chunk < 0:
         raise UsageError(f"--chunk: expected 1 or more bytes, got {args.chunk}")
-    protocol = _recognised(args) if args.protocol == AUTO else args.protocol
+    if args.protocol == AUTO:
+        protocol, capture = _recognised(args)
+    else:
+        protocol, capture = args.protocol, None
     if protocol is None:
         return EXIT_FAILED
     meter = HealthMeter()
-    facts = _can(protocol, args.file, args.robot) if protocol in CAN_LOGS else _serial(protocol, args, meter)
+    if protocol in CAN_LOGS:
+        facts = _can(protocol, args.file, args.robot)
+    else:
+        facts = _serial(protocol, capture or _capture(protocol, args), args.chunk, meter)
     frames = 0
     for fact in facts:
         frames += fact["event"] == "frame"
@@ -58,26 +65,27 @@ def run(args: argparse.Namespace) -> int:
     return EXIT_OK if frames else EXIT_FAILED
 
 
-def _recognised(args: argparse.Namespace) -> str | None:
-    """The protocol of the file, or None; says on stderr what was seen."""
+def _recognised(args: argparse.Namespace) -> tuple[str | None, Capture | None]:
+    """The protocol of the file, or None, and its bytes where it is a capture; says on stderr what was seen."""
     from bench.rc.capture import load_capture
-    from bench.rc.recognise import CAN, JUDGED_BYTES, recognise
+    from bench.rc.recognise import CAN, JUDGED_BYTES, is_can_log, recognise
 
-    # A CAN log and an empty file are no captures: they come before anything is asked of a capture.
-    head = b""
+    capture = verdict = None
     if args.file.is_file():
+        # An empty file and a CAN log are no captures: they come before anything is asked of one.
         with args.file.open("rb") as file:
             head = file.read(JUDGED_BYTES)
-    verdict = recognise(head)
-    if verdict.protocol != CAN and (head or not args.file.is_file()):
+        if not head or is_can_log(head):
+            verdict = recognise(head)
+    if verdict is None:
         capture = load_capture(args.file, use_times=not args.no_times)
         verdict = recognise(capture.data, capture.times_us)
     print(f"wheelbench decode: {args.file}: {verdict.text}", file=sys.stderr)
     # The DM3519 speaks on the identifiers of the C610: nothing in a log tells them apart for certain.
-    return "c610" if verdict.protocol == CAN else verdict.protocol
+    return "c610" if verdict.protocol == CAN else verdict.protocol, capture
 
 
-def _serial(protocol: str, args: argparse.Namespace, meter: HealthMeter) -> Iterator[dict[str, Any]]:
+def _capture(protocol: str, args: argparse.Namespace) -> Capture:
     from bench import rc_decode
     from bench.config import nearest
     from bench.errors import UsageError
@@ -86,11 +94,14 @@ def _serial(protocol: str, args: argparse.Namespace, meter: HealthMeter) -> Iter
     known = [*rc_decode.PROTOCOLS, *OTHER_WIRES, AUTO]
     if protocol not in known:
         raise UsageError(f"no protocol is called {protocol!r}{nearest(protocol, known)}")
-    capture = load_capture(args.file, use_times=not args.no_times)
-    pieces = _pieces(capture.data, capture.times_us, args.chunk or len(capture.data))
+    return load_capture(args.file, use_times=not args.no_times)
+
+
+def _serial(protocol: str, capture: Capture, chunk: int, meter: HealthMeter) -> Iterator[dict[str, Any]]:
+    pieces = _pieces(capture.data, capture.times_us, chunk or len(capture.data))
     if protocol == "slamware":
         return _slamware(data for data, _ in pieces)
-    return _rc(protocol, pieces, meter, capture.times_us)
+    return _rc(protocol, pieces, capture.times_us, meter)
 
 
 def _pieces(data: bytes, times_us: Any, size: int) -> Iterator[tuple[bytes, Any]]:
@@ -99,7 +110,7 @@ def _pieces(data: bytes, times_us: Any, size: int) -> Iterator[tuple[bytes, Any]
 
 
 def _rc(
-    protocol: str, pieces: Iterable[tuple[bytes, Any]], meter: HealthMeter, times_us: Sequence[float] | None
+    protocol: str, pieces: Iterable[tuple[bytes, Any]], times_us: Sequence[float] | None, meter: HealthMeter
 ) -> Iterator[dict[str, Any]]:
     from bench import rc_decode
 

@@ -31,8 +31,8 @@ _LEAST_BITS = 28
 """What the frames together must prove. One SBUS frame is too little, one of uart12 is enough."""
 _FRAME_BITS = {"uart12": 40, "sbus": 18, "dbus": 18, "ibus": 32, "crsf": 29, "slamware": 20}
 """By what chance a frame is none: headers, trailers, checksums, bits that are always 0; slamware a little favoured."""
-_LEAST_GAIN = 16.0
-"""Bits a frame by which a wrong port must explain the bytes better than chance: 6 go for the number of ports tried."""
+_GUESS_GAIN, _LIKELY_GAIN = 9.0, 16.0
+"""Bits a frame by which a wrong port must explain the bytes better than chance; 84 ports are tried, which costs 6."""
 _LEAST_LEAD = 8.0
 """Bits a frame that lie between the best and the best of another protocol."""
 _TURNED_SHARE = 0.5
@@ -111,7 +111,7 @@ def _plain(data: bytes) -> Verdict | None:
             f"all {len(data)} bytes are 0x{data[0]:02X}: no signal, but a line that is stuck, or a port that reads"
             " pauses. Look at wiring and ground, and whether the line idles the other way round (inverted).",
         )
-    if _CANDUMP.match(data.lstrip()):
+    if is_can_log(data):
         return Verdict(
             CAN, "a CAN log: read as that of C610 motors. Those of DM3519 use the same identifiers: decode dm3519 FILE"
         )
@@ -134,6 +134,11 @@ def _text(data: bytes) -> Verdict | None:
         "this is a text, not the raw bytes of a line. Record the bytes as they come (cat PORT > FILE, port in raw"
         " mode); a port that sends text is another device, or another port.",
     )
+
+
+def is_can_log(data: bytes) -> bool:
+    """Whether it begins as candump's logs do."""
+    return _CANDUMP.match(data.lstrip()) is not None
 
 
 # --- our protocols -------------------------------------------------------------------------------------------------
@@ -211,7 +216,7 @@ def _dropped(data: bytes) -> str | None:
 
 
 def _misread(data: bytes) -> str | None:
-    found = [one for one in misread.search(data) if one.gain >= _LEAST_GAIN]
+    found = [one for one in misread.search(data) if one.gain >= _GUESS_GAIN]
     if not found:
         return None
     best = found[0]
@@ -220,9 +225,12 @@ def _misread(data: bytes) -> str | None:
     if rivals and (best.density - rivals[0].density) * frame_bytes < _LEAST_LEAD:
         return None
     right, name = best.shape.settings, _NAMES[best.shape.protocol]
+    what = f"{name} ({right}) through a port {_wrong(right, best.reader)}"
+    if best.gain < _LIKELY_GAIN:
+        return f"cannot tell for certain, but it may be {what}: a guess. Read it at {right} and see."
     return (
-        f"looks like {name} ({right}) through a port {_wrong(right, best.reader)}: {_percent(best.share)} of the bytes"
-        f" are what it would make of {name} frames. Read it at {right}."
+        f"looks like {what}: {_percent(best.share)} of the bytes are what it would make of {name} frames."
+        f" Read it at {right}."
     )
 
 

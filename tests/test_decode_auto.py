@@ -1,0 +1,96 @@
+"""`wheelbench decode auto FILE`, and the line about a stream's health that `decode` ends with."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from streams import KNOWN_RC
+
+from bench.__main__ import main
+
+CAPTURES = sorted(path for path in KNOWN_RC.glob("*.bin"))
+RECORDED = ("crsf-tbs-1", "sbus2-futaba-r7008sb-1")
+OURS = {"sbus2": "sbus"}
+
+
+@pytest.fixture
+def call(capsys):
+    """Run the command in this process: (exit status, stdout, stderr)."""
+
+    def run(*arguments):
+        status = main([str(argument) for argument in arguments])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture(params=[path.stem for path in CAPTURES] + list(RECORDED))
+def path(request):
+    if request.param in RECORDED:
+        return request.getfixturevalue("captures") / "rc" / f"{request.param}.bin"
+    return KNOWN_RC / f"{request.param}.bin"
+
+
+@pytest.mark.parametrize("options", [[], ["--json"], ["--chunk", "7"], ["--no-times", "--json"]], ids=str)
+def test_auto_decodes_as_the_named_protocol_does(call, path, options):
+    described = json.loads(path.with_suffix(".json").read_text())["protocol"]
+    protocol = OURS.get(described, described)
+    named, auto = (call("decode", name, path, *options) for name in (protocol, "auto"))
+    assert auto[:2] == named[:2]
+    first, *rest = auto[2].splitlines()
+    assert f"{path.name}: {protocol}" in first
+    assert rest == named[2].splitlines()
+
+
+def test_auto_reads_a_pipe_once(call, tmp_path, monkeypatch):
+    whole = (KNOWN_RC / "ibus-loss-1.bin").read_bytes()
+    reads = []
+    monkeypatch.setattr(Path, "read_bytes", lambda path: reads.append(path) or whole)
+    assert call("decode", "auto", "/dev/stdin")[0] == 0
+    assert len(reads) == 1
+
+
+def test_auto_takes_a_can_log_for_what_it_is(call, tmp_path):
+    log = tmp_path / "can.log"
+    log.write_text("(0.001000) can0 200#02580258FDA80000\n(0.001000) can0 202#10E1300C03520000\n")
+    status, out, err = call("decode", "auto", log, "--json")
+    assert (status, out) == call("decode", "c610", log, "--json")[:2]
+    assert status == 0
+    assert "a CAN log" in err
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00" * 100, b"hello, world\n"], ids=["empty", "stuck", "text"])
+def test_auto_says_what_is_wrong_and_fails(call, tmp_path, data):
+    path = tmp_path / "stream.bin"
+    path.write_bytes(data)
+    status, out, err = call("decode", "auto", path)
+    assert (status, out, len(err.splitlines())) == (1, "", 1)
+
+
+def test_auto_on_what_is_no_file_is_a_usage_error(call, tmp_path):
+    assert call("decode", "auto", tmp_path)[0] == call("decode", "auto", tmp_path / "nothing")[0] == 2
+
+
+def test_decode_ends_with_one_line_about_the_health_of_the_stream(call):
+    """The figures as the streams were made: a frame every 10 ms, none late; and as the list of events has them."""
+    err = call("decode", "uart12", KNOWN_RC / "uart12-clean-1.bin")[2]
+    assert err == ("wheelbench decode: 300 frames; 0 bytes of noise; 100.0 Hz, jitter 0.00 ms; longest gap 10.0 ms\n")
+    junk = KNOWN_RC / "uart12-junk-1.bin"
+    events = [json.loads(line) for line in call("decode", "uart12", junk, "--no-times", "--json")[1].splitlines()]
+    noise = Counter()
+    for event in events:
+        if event["event"] == "noise":
+            noise[event["reason"]] += event["length"]
+    told = ", ".join(f"{reason} {count}" for reason, count in noise.most_common())
+    assert call("decode", "uart12", junk, "--no-times")[2] == (
+        f"wheelbench decode: 160 frames; {noise.total()} bytes of noise ({told})\n"
+    )
+
+
+def test_flags_are_counted_in_the_closing_line_and_json_has_none(call):
+    path = KNOWN_RC / "sbus-loss-1.bin"
+    rows = json.loads(path.with_suffix(".json").read_text())["frames"]["rows"]
+    failsafe, lost = (sum(bool(row[1] & bit) for row in rows) for bit in (8, 4))
+    assert f" {len(rows)} frames ({failsafe} failsafe, {lost} frame lost);" in call("decode", "sbus", path)[2]
+    assert call("decode", "sbus", path, "--json")[2] == ""
