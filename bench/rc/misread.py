@@ -274,7 +274,7 @@ def _fits_backwards(data: bytes, explanation: Explanation) -> bool:
 
 
 def _even(data: bytes) -> bool:
-    """Whether all byte values are about equally frequent. Frames have headers and sticks at rest: their bytes never are.
+    """Whether all byte values are about equally frequent. Frames have headers and sticks at rest: theirs never are.
 
     Two bytes picked by chance are equal once in 256 times if they are random.
     """
