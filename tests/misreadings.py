@@ -76,7 +76,7 @@ def misread(protocol: str, seed: int, reader: Settings, count: int = 60, drops: 
 def mistakes(protocol: str) -> Iterator[Mistake]:
     """What the brief of a bench's day holds, from nothing wrong to much."""
     right, _ = LINES[protocol]
-    named = f" {NAMES[protocol]} ("
+    named = f" {NAMES[protocol]} "
     turned = "that does not invert" if right.inverted else "that inverts"
     other = right._replace(inverted=not right.inverted)
     yield Mistake(protocol, "nothing wrong", right, ())

@@ -136,5 +136,5 @@ def test_the_python_of_the_page_runs(name):
 
 
 def test_there_is_a_page_for_every_protocol_and_no_other():
-    assert {path.stem for path in FOLDER.glob("*.md")} == {*rc_decode.PROTOCOLS, "README"}
+    assert {path.stem for path in FOLDER.glob("*.md")} == {*rc_decode.PROTOCOLS, "README", "auto"}
     assert set(DECODERS) == set(rc_decode.PROTOCOLS)

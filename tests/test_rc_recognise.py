@@ -1,5 +1,6 @@
 """Which protocol a file holds, and what is said about one that nothing decodes."""
 
+import binascii
 import random
 
 import misreadings
@@ -10,7 +11,7 @@ from misreadings import Mistake
 from streams import KNOWN_RC, read_stream
 
 from bench import rc_decode
-from bench.rc.line import Settings
+from bench.rc.line import Settings, read, write
 from bench.rc.misread import SHAPES, Budget, frames_at
 from bench.rc.recognise import CAN, JUDGED_BYTES, recognise, scores
 from bench.slamware.framing import FrameDecoder
@@ -142,6 +143,21 @@ def test_random_bytes_are_no_protocol(seed):
     verdict = recognise(random.Random(seed).randbytes(4096))
     assert (verdict.protocol, verdict.text.startswith(CANNOT_TELL)) == (None, True)
     assert "4096 bytes, 256 different ones" in verdict.text
+
+
+@pytest.mark.parametrize("baud", [100_000, 230_400, 420_000])
+def test_a_misread_protocol_that_we_do_not_know_is_called_none_of_ours(baud):
+    """Twelve words of SUMD on a 115200 8N1 line: of the line something may be said, of what is on it nothing."""
+    rng = random.Random(baud)
+    bursts = []
+    for k in range(40):
+        words = [0x2EE0 + rng.randint(-3000, 3000) if number < 4 else 0x2EE0 for number in range(12)]
+        body = b"\xa8\x01\x0c" + b"".join(word.to_bytes(2, "big") for word in words)
+        bursts.append((10_000 * k, body + binascii.crc_hqx(body, 0).to_bytes(2, "big")))
+    data = bytes(one.byte for one in read(write(bursts, Settings(115_200)), Settings(baud)))
+    verdict = recognise(data)
+    assert verdict.protocol is None
+    assert verdict.text.startswith((CANNOT_TELL, "looks like a line at 115200 8N1, "))
 
 
 def test_what_is_seen_is_said_where_nothing_fits():

@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,7 +116,7 @@ def _rc(
     from bench import rc_decode
 
     decoder = rc_decode.decoder(protocol)
-    for data, piece_times_us in (*pieces, (b"", None)):
+    for data, piece_times_us in chain(pieces, [(b"", None)]):
         for event in decoder.feed(data, piece_times_us) if data else decoder.finish():
             meter.take(times_us[event.offset + event.length - 1] if times_us is not None else None, [event])
             yield _rc_fact(protocol, event)

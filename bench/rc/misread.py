@@ -18,14 +18,14 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
-from math import ceil, fsum, log2
+from math import ceil, fsum, inf, log2
 from typing import NamedTuple
 
 from bench.rc.line import LATE_BITS, Settings
 
 LEAST_GAIN = 8.0
 """Bits; a frame that says less is none."""
-_GREAT_GAIN = 32.0
+_GREAT_GAIN, _LEAST_LEAD = 32.0, 12.0
 MOST_STATES = 800
 """More ways than this at once, and the bytes say too little about the line to go on."""
 LEAST_FRAMES, LEAST_SHARE, FRAMES = 4, 0.6, 6
@@ -36,6 +36,7 @@ _CLOCK_ERROR = 0.005
 """What the two clocks together may be apart. A sample that may fall on either side of an edge is not looked at."""
 _SLOW = 1.3
 """A reader that is slower by more takes nearly all its samples near edges. It is only tried with exact clocks."""
+_FAST = 0.6
 _SLOWEST, _FASTEST = 4.0, 0.2
 _EVEN_BYTES = 4096
 _BAUDS = (57_600, 100_000, 115_200, 230_400, 420_000)
@@ -153,7 +154,9 @@ class Budget:
         self.left = states
 
 
-def frames_at(data: bytes, start: int, shape: Shape, reader: Settings, budget: Budget) -> list[Reading]:
+def frames_at(
+    data: bytes, start: int, shape: Shape, reader: Settings, budget: Budget, least_gain: float = LEAST_GAIN
+) -> list[Reading]:
     """What a frame explains of the bytes from `start` on, best first: it may end at more than one place.
 
     Empty where no frame does, or none with enough gain, or where there is too much to try.
@@ -169,7 +172,7 @@ def frames_at(data: bytes, start: int, shape: Shape, reader: Settings, budget: B
         Reading(start, end, ways, plan.seen * (end - start) + log2(ways) - plan.free)
         for (end, _, _, _), ways in states.items()
     ]
-    return sorted((one for one in found if one.gain >= LEAST_GAIN), key=lambda one: -one.gain)
+    return sorted((one for one in found if one.gain >= least_gain), key=lambda one: -one.gain)
 
 
 def _advanced(states: _States, n: int, step: _Step, plan: _Plan, data: bytes) -> _States:
@@ -210,6 +213,14 @@ class Explanation(NamedTuple):
     def share(self) -> float:
         """Of the bytes that were gone through, those that some frame explains."""
         return sum(reading.end - reading.start for reading in self.readings) / max(1, self.looked_at)
+
+    @property
+    def proves_the_line_only(self) -> bool:
+        """Whether the reader is so fast that frames of any protocol with the same settings would fit as well.
+
+        It does not see how long the line stays up between its bytes, so a frame can be stretched over what it is not.
+        """
+        return self.shape.settings.baud / self.reader.baud < _FAST
 
     @property
     def gain(self) -> float:
@@ -262,8 +273,26 @@ def search(data: bytes) -> list[Explanation]:
         for shape, reader, *_ in tried[:_JUDGED]
     ]
     enough = [one for one in judged if len(one.readings) >= LEAST_FRAMES and one.share >= LEAST_SHARE]
-    proved = [one for one in enough if one.gain >= _GREAT_GAIN or not _fits_backwards(data, one)]
+    proved = [one for one in enough if _is_more_than_a_line(data, one)]
+    proved = [one for one in proved if one.gain >= _GREAT_GAIN or not _fits_backwards(data, one)]
     return sorted(proved, key=lambda one: -one.density)
+
+
+def _is_more_than_a_line(data: bytes, explanation: Explanation) -> bool:
+    """Whether the frames fit by what is theirs: any bytes at these settings would do much worse.
+
+    Start, stop and parity bits alone gain much where the reader is fast enough to see them: that proves the line's
+    settings, but no protocol. Slow readers see next to none of them; of fast ones no more than the line is believed.
+    """
+    shape, reader, readings, _ = explanation
+    if explanation.proves_the_line_only or shape.settings.baud / reader.baud > _SLOW:
+        return True
+    any_bytes = shape._replace(known=(_ANY,) * len(shape.known))
+    leads = []
+    for one in readings[:LEAST_FRAMES]:
+        free = frames_at(data, one.start, any_bytes, reader, Budget(_JUDGE_STATES), -inf)
+        leads += [one.gain - other.gain for other in free if other.end == one.end]
+    return len(leads) == LEAST_FRAMES and fsum(leads) >= _LEAST_LEAD * LEAST_FRAMES
 
 
 def _fits_backwards(data: bytes, explanation: Explanation) -> bool:

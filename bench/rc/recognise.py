@@ -35,7 +35,7 @@ _GUESS_GAIN, _LIKELY_GAIN = 9.0, 16.0
 """Bits a frame by which a wrong port must explain the bytes better than chance; 84 ports are tried, which costs 6."""
 _LEAST_LEAD = 8.0
 """Bits a frame that lie between the best and the best of another protocol."""
-_TURNED_SHARE = 0.5
+_TURNED_SHARE = 0.8
 _FEW_BYTES = 24
 _NAMES = {"uart12": "uart12", "sbus": "SBUS", "dbus": "DBUS", "ibus": "i-BUS", "crsf": "CRSF", "slamware": "SLAMWARE"}
 _RATES = "100000 8E2 inverted (SBUS, DBUS), 115200 (i-BUS 8N1, uart12 8E2), 420000 8N1 (CRSF)"
@@ -225,7 +225,10 @@ def _misread(data: bytes) -> str | None:
     if rivals and (best.density - rivals[0].density) * frame_bytes < _LEAST_LEAD:
         return None
     right, name = best.shape.settings, _NAMES[best.shape.protocol]
-    what = f"{name} ({right}) through a port {_wrong(right, best.reader)}"
+    port = _wrong(right, best.reader)
+    if best.proves_the_line_only:
+        return f"looks like a line at {right}, as {name} has it, through a port {port}. Read it at {right}."
+    what = f"{name} ({right}) through a port {port}"
     if best.gain < _LIKELY_GAIN:
         return f"cannot tell for certain, but it may be {what}: a guess. Read it at {right} and see."
     return (
