@@ -27,6 +27,7 @@ JUDGED_BYTES = 64 * 1024
 """Only so much of a file is looked at."""
 LEAST_SHARE = 0.25
 """Of the bytes that must be in good frames. Random bytes reach 0.06 (slamware, which has short frames and 8 bits)."""
+_SLAMWARE_SHARE = 0.5
 _LEAST_BITS = 28
 """What the frames together must prove. One SBUS frame is too little, one of uart12 is enough."""
 _FRAME_BITS = {"uart12": 40, "sbus": 18, "dbus": 18, "ibus": 32, "crsf": 29, "slamware": 20}
@@ -65,7 +66,8 @@ class Score(NamedTuple):
     @property
     def enough(self) -> bool:
         """Whether this names the protocol."""
-        return self.share >= LEAST_SHARE and self.frames * _FRAME_BITS[self.protocol] >= _LEAST_BITS
+        least_share = _SLAMWARE_SHARE if self.protocol == "slamware" else LEAST_SHARE
+        return self.share >= least_share and self.frames * _FRAME_BITS[self.protocol] >= _LEAST_BITS
 
 
 def recognise(data: bytes, times_us: Sequence[float] | None = None) -> Verdict:
