@@ -171,9 +171,14 @@ def _ours(data: bytes, times_us: Sequence[float] | None) -> Verdict | None:
 
 
 def _mistake(data: bytes) -> Verdict | None:
-    for judge in (_foreign, _dropped, _misread, _turned):
-        if text := judge(data):
-            return Verdict(None, text)
+    text = _foreign(data) or _dropped(data)
+    if text is None:
+        port = _port(data)
+        guess = port is not None and not port.proves_the_line_only and port.gain < _LIKELY_GAIN
+        # Turned back, bytes that repeat themselves look like SBUS here and there: only a guess weighs less.
+        text = (guess and _turned(data)) or (port and _misread(port)) or _turned(data)
+    if text:
+        return Verdict(None, text)
     if len(data) < _FEW_BYTES:
         return Verdict(None, f"{len(data)} bytes are too few to tell anything. Record at least a second.")
     return None
@@ -190,7 +195,6 @@ def _foreign(data: bytes) -> str | None:
 
 
 def _turned(data: bytes) -> str | None:
-    """The last to be asked: SBUS has no checksum, and bytes that repeat themselves look like it here and there."""
     both = bytes(map(_REVERSED.__getitem__, _COMPLEMENT))
     for table, what, advice in (
         (_COMPLEMENT, "each byte complemented", "turn every byte over (255 - byte), or take the inversion out again"),
@@ -217,7 +221,8 @@ def _dropped(data: bytes) -> str | None:
     )
 
 
-def _misread(data: bytes) -> str | None:
+def _port(data: bytes) -> misread.Explanation | None:
+    """The wrong port that explains the bytes, if there is one and no other protocol comes near it."""
     found = [one for one in misread.search(data) if one.gain >= _GUESS_GAIN]
     if not found:
         return None
@@ -226,6 +231,10 @@ def _misread(data: bytes) -> str | None:
     frame_bytes = best.looked_at / len(best.readings)
     if rivals and (best.density - rivals[0].density) * frame_bytes < _LEAST_LEAD:
         return None
+    return best
+
+
+def _misread(best: misread.Explanation) -> str:
     right, name = best.shape.settings, _NAMES[best.shape.protocol]
     port = _wrong(right, best.reader)
     if best.proves_the_line_only:
