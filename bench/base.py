@@ -61,7 +61,9 @@ class Base:
 
     @property
     def slip_radps(self) -> float:
-        """By how much the wheels' speeds contradict each other; 0 for three wheels, whatever they do."""
+        """By how much the driven wheels contradict dead wheels, or else each other (three cannot: 0)."""
+        if self.reckoning is not None and self.robot.follows_dead_wheels:
+            return self.reckoning.slip_radps
         return self.kinematics.slip_residual(self.motors.speeds_radps)
 
     def step(

@@ -125,7 +125,7 @@ def _snapshot(bench: Bench) -> Snapshot:
         core_connected=base.slave.connected,
         core_twist=base.slave.wanted_twist,
         bus_findings=bench.bus_findings,
-        slip_radps=base.slip_radps if bench.robot.is_redundant else None,
+        slip_radps=base.slip_radps if bench.robot.sees_slip else None,
         slip_limit_radps=bench.robot.limits.slip_radps,
         odometry_source=base.reckoning.source if base.reckoning else DRIVEN_WHEELS,
         heading_source=base.reckoning.heading_source if base.reckoning else DRIVEN_WHEELS,
@@ -142,8 +142,8 @@ def _state_columns(robot: Robot) -> tuple[str, ...]:
 
 
 def _more_columns(robot: Robot) -> tuple[str, ...]:
-    """What only some robots have: slip where wheels are redundant, dead wheels (truth, then decoded), a gyro."""
-    columns = ["slip_radps", "slipping"] if robot.is_redundant else []
+    """What only some robots have: slip where it can be seen, dead wheels (truth, then decoded), a gyro."""
+    columns = ["slip_radps", "slipping"] if robot.sees_slip else []
     for number in range(1, len(robot.dead_wheels) + 1):
         columns += [f"dead{number}_rad", f"dead{number}_encoder_rad"]
     return (*columns, "gyro_heading_rad") if robot.gyro is not None else tuple(columns)
@@ -154,7 +154,7 @@ def _more(bench: Bench) -> list[float | int]:
     robot, instruments = bench.robot, bench.world.motors.instruments
     base = bench.base if isinstance(bench.base, Base) else None
     row: list[float | int] = []
-    if robot.is_redundant:
+    if robot.sees_slip:
         slip_radps = base.slip_radps if base else 0.0
         row += (slip_radps, int(slip_radps > robot.limits.slip_radps))
     reckoning = base.reckoning if base else None

@@ -142,7 +142,7 @@ class Snapshot:
     bus_findings: tuple[str, ...] = ()
     """Who is on the CAN bus that should not be, a sentence each, the newest last."""
     slip_radps: float | None = None
-    """By how much the wheels of a redundant base contradict each other; None where they cannot."""
+    """By how much the driven wheels contradict each other, or dead wheels; None where they cannot."""
     slip_limit_radps: float = 0.0
     """From there on the base is said to slip."""
     odometry_source: str = "driven wheels"

@@ -10,6 +10,7 @@ driven wheels alone needs none of this; its base feeds `Odometry` itself.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from bench.config import EXACT, Robot, Wheel
@@ -24,7 +25,8 @@ LONGEST_UNWRAP_TICKS = 2
 """Feedback gaps up to one lost frame are unwrapped the shorter way round: right below 15,000 rotor rpm."""
 MOTOR_GEAR = 36.0
 """Of the motor that the gap above is meant for; an encoder that turns more slowly may be silent for longer."""
-ENOUGH_DEAD_WHEELS = 3
+SLIP_WINDOW_TICKS = 10
+"""A dead wheel's count in one tick is 0.8 rad/s, too coarse to hold against a motor's; in ten ticks it is a tenth."""
 DRIVEN_WHEELS, DEAD_WHEELS, GYRO = "driven wheels", "dead wheels", "gyro"
 
 
@@ -42,6 +44,7 @@ class Reckoning:
         "_follows_dead_wheels",
         "_kinematics",
         "_motors",
+        "_slip_mark",
         "_timeout_ticks",
         "_unfollowed_rad",
         "_unfollowed_turn_rad",
@@ -49,6 +52,7 @@ class Reckoning:
         "gyro",
         "heading_source",
         "odometry",
+        "slip_radps",
         "source",
         "turned_rad",
     )
@@ -62,7 +66,7 @@ class Reckoning:
         dead = robot.dead_wheels
         self._motors = motors
         self._encoders = encoder_bus(robot) if dead else None
-        self._follows_dead_wheels = len(dead) >= ENOUGH_DEAD_WHEELS
+        self._follows_dead_wheels = robot.follows_dead_wheels
         self._driven_kinematics = kinematics
         self._kinematics = Kinematics(dead) if self._follows_dead_wheels else kinematics
         self.odometry = odometry_of(robot, self._kinematics)
@@ -74,6 +78,9 @@ class Reckoning:
         self._unfollowed_turn_rad = 0.0
         self.turned_rad = [0.0] * len(robot.wheels)
         self.dead_turned_rad = [0.0] * len(dead)
+        self._slip_mark = (0, self.turned_rad, self.dead_turned_rad)
+        self.slip_radps = 0.0
+        """How far the driven wheels were from the motion that dead wheels tell of: a length, over some 10 ms."""
         self.source = DEAD_WHEELS if self._follows_dead_wheels else DRIVEN_WHEELS
         """What the displacement comes from at present."""
         self.heading_source = self.source if self.gyro is None else GYRO
@@ -89,6 +96,8 @@ class Reckoning:
             if dead_rad:
                 self.dead_turned_rad = _sums(self.dead_turned_rad, dead_rad)
         followed_rad = self._choose(tick, driven_rad, dead_rad) if self._follows_dead_wheels else driven_rad
+        if driven_rad and dead_rad and tick - self._slip_mark[0] >= SLIP_WINDOW_TICKS:
+            self._measure_slip(tick)
 
         if self.gyro is not None:
             self._follow_gyro(tick, frames, followed_rad)
@@ -97,6 +106,19 @@ class Reckoning:
                 self.odometry.advance(followed_rad)
             else:
                 self.odometry.move(*self._driven_kinematics.fit(followed_rad))
+
+    def _measure_slip(self, tick: int) -> None:
+        since, driven_rad, dead_rad = self._slip_mark
+        self._slip_mark = (tick, self.turned_rad, self.dead_turned_rad)
+        if not self._follows_dead_wheels:
+            return
+        moved = self._kinematics.fit([now - then for now, then in zip(self.dead_turned_rad, dead_rad, strict=True)])
+        expected_rad = self._driven_kinematics.wheel_speeds(moved)
+        total = 0.0
+        for now, then, expected in zip(self.turned_rad, driven_rad, expected_rad, strict=True):
+            slip = now - then - expected
+            total += slip * slip
+        self.slip_radps = math.sqrt(total) * 1000.0 / (tick - since)
 
     def _choose(self, tick: int, driven_rad: list[float] | None, dead_rad: list[float] | None) -> list[float] | None:
         """The increments to follow, of the wheels that `source` names from now on."""

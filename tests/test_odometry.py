@@ -442,6 +442,25 @@ def test_a_base_with_grip_says_nothing_of_slip():
     assert max(slip for _, slip, _ in slip_rows(rig)) < 0.1, "rounding of the encoders alone"
 
 
+def test_dead_wheels_show_the_slip_of_three_driven_ones():
+    rig = Rig(with_instruments(slippery())).arm()
+    plant, reckoning = rig.bench.world.plant, rig.bench.base.reckoning
+    slips = []  # of each wheel, in rad/s, during each tick
+    seen = told = 0.0
+    for sticks in [Sticks(forward=1.0, turn=0.2)] * 300 + [Sticks()] * 500:
+        slips.append([slip / 0.027 for slip in plant.slip_mps])
+        rig.run(1, sticks)
+        fresh, told = reckoning.slip_radps != told, reckoning.slip_radps
+        if fresh and len(slips) > 11:
+            # The newest report that the base has heard is that of the tick before.
+            means = [math.fsum(wheel) / 10 for wheel in zip(*slips[-11:-1], strict=True)]
+            assert told == pytest.approx(math.hypot(*means), abs=0.15)
+            seen = max(seen, told)
+    assert seen > 10.0
+    assert rig.bench.base.slip_radps < 0.1, "it stands"
+    assert any(flag for *_, flag in slip_rows(rig))
+
+
 def test_three_wheels_cannot_see_their_slip():
     bench = simulated(M2006)
     assert bench.snapshot().slip_radps is None
@@ -469,6 +488,7 @@ def test_columns_stand_only_where_a_robot_has_something_to_tell():
     more = simulated(with_instruments(gyro=Gyro(1))).state_columns
     assert more[: len(plain)] == plain
     assert more[len(plain) :] == (
+        "slip_radps", "slipping",
         "dead1_rad", "dead1_encoder_rad", "dead2_rad", "dead2_encoder_rad", "dead3_rad", "dead3_encoder_rad",
         "gyro_heading_rad",
     )  # fmt: skip

@@ -237,6 +237,11 @@ class Robot:
     file: Path | None = None
 
     @property
-    def is_redundant(self) -> bool:
-        """Whether it has more driven wheels than the plane has ways to go, so that they can contradict each other."""
-        return len(self.wheels) > 3
+    def follows_dead_wheels(self) -> bool:
+        """Whether its dead wheels are enough to tell every motion in the plane."""
+        return len(self.dead_wheels) >= 3
+
+    @property
+    def sees_slip(self) -> bool:
+        """Whether a driven wheel that slips contradicts something: a fourth wheel, or dead wheels."""
+        return len(self.wheels) > 3 or self.follows_dead_wheels
