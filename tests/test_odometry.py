@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 from bases import dead_wheels, m2006, omni4
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig import Rig
 
@@ -70,6 +70,7 @@ def test_arcs_at_document_002s_rate_end_where_geometry_says(wheels, turn_deg):
     assert odometry.heading_rad == pytest.approx(turn, abs=1e-12)
 
 
+@settings(max_examples=30)
 @given(st.floats(-math.pi, math.pi), st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-3, 3)))
 def test_dead_wheels_turn_as_document_002_writes_them(heading, world_twist):
     # Its three equations, world velocities (x right, y forward) and its f, i, r at 0, 120, 240 degrees from forward.
@@ -364,6 +365,7 @@ def test_a_noisy_gyro_walks_as_a_sum_of_noise_does():
     assert deviation == pytest.approx(0.1 * 0.001 * math.sqrt(400), rel=0.35)
 
 
+@settings(max_examples=30)
 @given(st.integers(0, (1 << 32) - 1), st.lists(st.floats(-3.1, 3.1), max_size=20))
 def test_any_turn_comes_through_the_gyros_frame(start, turns):
     bus, sensor = GyroBus(Gyro(3)), EmulatedGyro(Gyro(3))
@@ -397,6 +399,7 @@ def test_a_gyros_frame_of_another_length_is_counted_and_dropped():
         ),  # 3.6
     ],
 )
+@settings(max_examples=30)
 @given(speeds=st.tuples(*[st.floats(-50, 50)] * 4))
 def test_the_slip_residual_is_the_references_n_times_the_wheels(bearings_deg, n, speeds):
     wheels = []
