@@ -19,7 +19,7 @@ ONLY_IN = {
     "can": ("io/ports.py", "cli/canlog.py"),
     "time": ("io/clock.py",),
     "datetime": (),
-    "random": (),
+    "random": ("check/faulty.py",),  # a seeded generator for each fault
     "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
     "signal": ("cli/headless.py", "tui.py"),
     "asyncio": (),
