@@ -60,6 +60,10 @@ BUILDS_ON = {
 }
 
 
+# Who may reach the documents' own formulas: who measures them, and who puts one into a run when its name is given.
+PRINTED_FORMS_OPEN_TO = ("as_printed/", "errata/", "controller.py", "odometry.py")
+
+
 def imported(tree):
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -83,6 +87,15 @@ def test_boxes_build_on_what_lies_under_them(name):
     for module in (module for tree in trees for module in imported(tree)):
         if module.split(".")[0] == "bench":
             assert any(module == one or module.startswith(one + ".") for one in BUILDS_ON[name]), f"{name}: {module}"
+
+
+def test_printed_forms_are_kept_apart():
+    for name, tree in MODULES.items():
+        if not name.startswith(PRINTED_FORMS_OPEN_TO):
+            assert not any(module.startswith("bench.as_printed") for module in imported(tree)), f"bench/{name}"
+    run = "import sys, bench.loop; bench.loop.simulated(); print([n for n in sys.modules if 'as_printed' in n])"
+    done = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]", "a plain run loads none of them"
 
 
 def test_the_loop_runs_without_a_screen_a_port_or_a_clock():

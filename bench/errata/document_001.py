@@ -73,7 +73,7 @@ def _row_9() -> Evidence:
     return Evidence(
         (
             *facing,
-            Figure("mecanum facing 30 deg: rows off by", (0.0,), (off,)),
+            Figure("mecanum equations, facing 30 deg: rows off by", (0.0,), (off,)),
             *_driven_facing_90(three_wheels_as_printed, -1.0),
         ),
         "Field-centric driving turns the wrong way, by twice the heading: facing 90 deg, forward is backward. The "

@@ -20,6 +20,7 @@ from bench.odometry import wrap
 from bench.plant import STEP_S, Plant
 
 LONGEST_TICKS = 20_000
+RAMP_TICKS = 500
 SETTLED_TICKS = 4000
 """Nine time constants of the slowest of our robots, the M2006 robot rolling freely."""
 
@@ -52,13 +53,16 @@ def field_centric(
 ) -> tuple[Pose, float]:
     """Drive by wheel speeds, rad/s, that follow a gyroscope: (pose in the field, angle turned in rad, not wrapped).
 
-    The robot starts at a heading that the gyroscope calls `gyro_rad`; from there on it accumulates.
+    They are ramped up, so that no limit of the current bends the way. The robot starts at a heading that the gyroscope
+    calls `gyro_rad`; from there on it accumulates.
     """
     _, controller = control_of(robot, Kinematics(robot.wheels))
     plant = Plant(robot, arena=None, pose=Pose(0.0, 0.0, heading_rad))
     turned_rad = 0.0
-    for _ in range(ticks):
-        wanted = desaturate(wheels(gyro_rad + turned_rad), robot.limits.wheel_radps)
+    for tick in range(ticks):
+        share = min(1.0, tick / RAMP_TICKS)
+        asked = [share * speed for speed in wheels(gyro_rad + turned_rad)]
+        wanted = desaturate(asked, robot.limits.wheel_radps)
         plant.step(controller.step(wanted, plant.wheel_speeds_radps))
         turned_rad += plant.twist.omega_radps * STEP_S
     return plant.pose, turned_rad
