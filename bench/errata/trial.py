@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from bench.base import Base
 from bench.config import Robot, load_robot, with_choices
 from bench.controller import control_of
 from bench.kinematics import Kinematics, desaturate
@@ -83,7 +84,8 @@ class Driven(NamedTuple):
 def drive(robot: Robot, twist: BodyTwist, *, ticks: int = LONGEST_TICKS, turn_rad: float = math.inf) -> Driven:
     """The whole bench, its core asking for this twist, for so many ticks or until the robot has turned so far."""
     bench = simulated(robot)
-    plant, odometry = bench.world.plant, bench.base.odometry  # type: ignore[attr-defined]
+    assert isinstance(bench.base, Base)
+    plant, odometry = bench.world.plant, bench.base.odometry
     given = TickInput(core_twist=twist)
     pose, believed = plant.pose, odometry.pose
     turned_rad = path_m = believed_path_m = 0.0
