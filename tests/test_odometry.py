@@ -485,6 +485,30 @@ def test_the_slamware_answers_come_from_the_chosen_odometry():
     assert max(believed_off for _, believed_off in ends.values()) < 1e-3
 
 
+def test_the_way_through_reckoning_is_the_default_robots_own_to_the_last_bit():
+    # A dialect that tells of rims takes a robot of driven wheels alone through bench/reckoning.py.
+    slamware = replace(M2006.slamware, dialect="firmware-2018-omni")
+    poses = []
+    for robot in (M2006, replace(M2006, slamware=slamware)):
+        rig = Rig(robot).arm()
+        rig.run(300, Sticks(forward=0.5, left=-0.3, turn=0.7))
+        poses.append((rig.believed, rig.bench.base.odometry.heading_rad))
+    assert rig.bench.base.reckoning.turned_rad == pytest.approx(rig.bench.world.plant.wheel_angles_rad, abs=0.02)
+    assert poses[0] == poses[1]
+
+
+def test_rims_are_those_of_driven_wheels_where_odometry_follows_dead_ones():
+    robot = slippery()
+    robot = with_instruments(replace(robot, slamware=replace(robot.slamware, dialect="firmware-2018-omni")))
+    rig = Rig(robot).arm()
+    rig.run(400, Sticks(forward=1.0))
+    rig.run(500)
+    told_m = rig.bench.base.slave.motion.rim_distances_m()
+    assert told_m == pytest.approx([0.027 * angle for angle in rig.bench.world.plant.wheel_angles_rad], abs=1e-4)
+    dead_m = math.dist(rig.believed[:2], (0.0, 0.0))
+    assert abs(told_m[0]) > 1.5 * dead_m, "they spun"
+
+
 def test_columns_stand_only_where_a_robot_has_something_to_tell():
     plain = simulated(M2006).state_columns
     assert len(plain) == 13 + 9
