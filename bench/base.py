@@ -74,13 +74,9 @@ class Base:
         if self.reckoning is not None:
             self.reckoning.step(tick, can_in)
         else:
-            silent = motors.silent_ticks(tick)
-            motors.receive(tick, can_in)
-            if motors.complete:
-                increments_rad = motors.take_increments()
-                # After a gap too long to unwrap, what has been heard is a new reference and no motion.
-                if silent <= LONGEST_UNWRAP_TICKS:
-                    self.odometry.advance(increments_rad)
+            increments_rad = motors.turned(tick, can_in, LONGEST_UNWRAP_TICKS)
+            if increments_rad:
+                self.odometry.advance(increments_rad)
 
         link, decoder = self.link, self.rc_decoder
         if decoder is not None and link is not None:

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from bench.canbus.dm3519 import ERRORS, LINK_LOST, ON, clear_error, cleared_esc
 from bench.canbus.table import Family
 from bench.config import Dm3519, Robot
-from bench.m2006 import FRAME_LENGTH, EmulatedEscs, MotorBus
+from bench.m2006 import EmulatedEscs, MotorBus
 from bench.messages import CanFrame
 
 IDLE_DEGC = 25
@@ -34,7 +34,7 @@ class Dm3519Bus(MotorBus):
     `errors` stays at 1, on.
     """
 
-    __slots__ = ("_clear_variant", "_numbers", "_sees_errors", "_wheel_of", "errors", "temperatures_degc")
+    __slots__ = ("_clear_variant", "_numbers", "_sees_errors")
 
     def __init__(self, robot: Robot, family: Family) -> None:
         super().__init__(robot, family)
@@ -42,19 +42,16 @@ class Dm3519Bus(MotorBus):
         self._sees_errors = chosen.feedback == "error"
         self._clear_variant = chosen.clear_error
         self._numbers = tuple(wheel.can_id for wheel in robot.wheels)
-        self._wheel_of = {family.feedback[number - 1].can_id: wheel for wheel, number in enumerate(self._numbers)}
-        self.errors = [ON] * len(self._numbers)
-        self.temperatures_degc = [0] * len(self._numbers)
 
-    def receive(self, tick: int, frames: Sequence[CanFrame]) -> None:
-        """Take the feedback frames that arrived in this tick."""
-        super().receive(tick, frames)
-        for can_id, data in frames:
-            wheel = self._wheel_of.get(can_id)
-            if wheel is not None and len(data) == FRAME_LENGTH:
-                self.temperatures_degc[wheel] = data[6]
-                if self._sees_errors:
-                    self.errors[wheel] = data[7]
+    @property
+    def errors(self) -> list[int]:
+        """As each motor last reported it; 1, on, before its first report."""
+        return [report[7] if report and self._sees_errors else ON for report in self._reports]
+
+    @property
+    def temperatures_degc(self) -> list[int]:
+        """As each motor last reported it; 0 before its first report."""
+        return [report[6] if report else 0 for report in self._reports]
 
     def wake(self) -> tuple[CanFrame, ...]:
         """A clear-error frame for every motor that reports an error; where none can be seen, for every motor."""
@@ -68,7 +65,7 @@ class Dm3519Bus(MotorBus):
 class EmulatedDm3519s(EmulatedEscs):
     """The motors' end: as C610s, with a watchdog, and errors that either of the two clear frames takes away."""
 
-    __slots__ = ("_numbers", "_sees_errors", "_watchdog_ticks", "errors")
+    __slots__ = ("_all_on", "_numbers", "_sees_errors", "_watchdog_ticks", "errors")
 
     def __init__(self, robot: Robot, family: Family) -> None:
         super().__init__(robot, family)
@@ -77,6 +74,8 @@ class EmulatedDm3519s(EmulatedEscs):
         self._watchdog_ticks = robot.motor.command_timeout_ms if robot.motor.on_command_loss == "fault" else None
         self._numbers = tuple(wheel.can_id for wheel in robot.wheels)
         self._heard = [_NEVER] * count
+        self._last_words = [IDLE_DEGC << 8 | IDLE_DEGC] * count
+        self._all_on = [ON] * count
         self.errors = [ON] * count
 
     def fault(self, number: int, error: int) -> None:
@@ -88,8 +87,11 @@ class EmulatedDm3519s(EmulatedEscs):
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> list[float]:
         """Take this tick's command frames; answer with the current of each wheel in A, in its positive sense."""
         currents_a = super().receive(tick, frames)
+        watchdog = self._watchdog_ticks
+        if self.errors == self._all_on and (watchdog is None or tick - min(self._heard) < watchdog):
+            return currents_a  # as in nearly every tick
         for wheel, error in enumerate(self.errors):
-            if self._watchdog_ticks is not None and error == ON and tick - self._heard[wheel] >= self._watchdog_ticks:
+            if watchdog is not None and error == ON and tick - self._heard[wheel] >= watchdog:
                 self.errors[wheel] = error = LINK_LOST
             if error != ON:
                 currents_a[wheel] = 0.0
@@ -99,12 +101,9 @@ class EmulatedDm3519s(EmulatedEscs):
         self, angles_rad: Sequence[float], speeds_radps: Sequence[float], currents_a: Sequence[float]
     ) -> tuple[CanFrame, ...]:
         """One feedback frame for each ESC from its wheel's angle, speed and current, in wheel order."""
-        frames = super().feedback(angles_rad, speeds_radps, currents_a)
-        errors = self.errors
-        return tuple(
-            (can_id, data[:6] + bytes((IDLE_DEGC, errors[wheel] if self._sees_errors else IDLE_DEGC)))
-            for (wheel, *_), (can_id, data) in zip(self._reports, frames, strict=True)
-        )
+        if self._sees_errors:
+            self._last_words = [IDLE_DEGC << 8 | error for error in self.errors]
+        return super().feedback(angles_rad, speeds_radps, currents_a)
 
     def _other_frame(self, tick: int, can_id: int, data: bytes) -> None:
         number = cleared_esc(can_id, data)

@@ -31,7 +31,7 @@ DRIVEN_WHEELS, DEAD_WHEELS, GYRO = "driven wheels", "dead wheels", "gyro"
 
 
 class Reckoning:
-    """The sources of one base and the odometry that follows them. `step` stands in the place of `motors.receive`.
+    """The sources of one base and the odometry that follows them. `step` stands in the place of `motors.turned`.
 
     `turned_rad` counts what each driven wheel has turned, `dead_turned_rad` each dead wheel, since the first report.
     Raises UsageError where a printed form of odometry, which knows wheels alone, would have to follow a gyro.
@@ -87,12 +87,12 @@ class Reckoning:
 
     def step(self, tick: int, frames: Sequence[CanFrame]) -> None:
         """Take the frames that arrived in this tick, and move by what they say."""
-        driven_rad = _increments(self._motors, tick, frames, LONGEST_UNWRAP_TICKS)
+        driven_rad = self._motors.turned(tick, frames, LONGEST_UNWRAP_TICKS)
         if driven_rad:
             self.turned_rad = _sums(self.turned_rad, driven_rad)
         dead_rad = None
         if self._encoders is not None:
-            dead_rad = _increments(self._encoders, tick, frames, self._encoder_gap_ticks)
+            dead_rad = self._encoders.turned(tick, frames, self._encoder_gap_ticks)
             if dead_rad:
                 self.dead_turned_rad = _sums(self.dead_turned_rad, dead_rad)
         followed_rad = self._choose(tick, driven_rad, dead_rad) if self._follows_dead_wheels else driven_rad
@@ -166,19 +166,6 @@ def reckoning_of(robot: Robot, motors: MotorBus, kinematics: Kinematics, *, coun
 def longest_gap_ticks(wheel: Wheel) -> int:
     """For how long this wheel's encoder may be silent until the shorter way round may be the wrong one."""
     return max(LONGEST_UNWRAP_TICKS, int(LONGEST_UNWRAP_TICKS * MOTOR_GEAR / wheel.gear))
-
-
-def _increments(bus: MotorBus, tick: int, frames: Sequence[CanFrame], gap_ticks: int) -> list[float] | None:
-    """What the wheels turned since they were last all heard; None while one is missing.
-
-    After a gap too long to unwrap, what has been heard is a new reference and no motion: an empty list.
-    """
-    silent = bus.silent_ticks(tick)
-    bus.receive(tick, frames)
-    if not bus.complete:
-        return None
-    increments_rad = bus.take_increments()
-    return increments_rad if silent <= gap_ticks else []
 
 
 def _sums(totals: Sequence[float], more: Sequence[float]) -> list[float]:
