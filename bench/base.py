@@ -53,6 +53,7 @@ class Base:
         profile = robot.rc
         self.rc_decoder = rc_decode.decoder(profile.protocol, pause_us=RC_PAUSE_US) if profile else None
         self.link = RcLink(profile, robot.link) if profile else None
+        self._rc_pending = False  # a frame has begun: time alone may end it
         self.wanted_radps = [0.0] * len(robot.wheels)
         self.powered = False
         self._twist: BodyTwist | None = None  # the one that `wanted_radps` moves the base with
@@ -80,15 +81,17 @@ class Base:
 
         link, decoder = self.link, self.rc_decoder
         if decoder is not None and link is not None:
-            if rc_bytes or decoder.pending:
+            if rc_bytes or self._rc_pending:
                 link.step(tick, decoder.feed(rc_bytes, tick * TICK_US))
-            else:
+                self._rc_pending = decoder.pending
+            elif tick >= link.review_tick:
                 link.step(tick, ())
         slave = self.slave
         answer = slave.receive(slamware_bytes, tick) if slamware_bytes else b""
 
-        twist = self.drive.step(tick, link, slave.wanted_twist, slave.alive(tick), self.odometry.heading_rad)
-        self.powered = twist is not None and motors.silent_ticks(tick) < self._feedback_timeout
+        core_alive = tick <= slave.last_alive_tick
+        twist = self.drive.step(tick, link, slave.wanted_twist, core_alive, self.odometry.heading_rad)
+        self.powered = twist is not None and tick - motors.quietest_tick < self._feedback_timeout
         if twist is None or not self.powered:
             self._twist = None
             self.wanted_radps = [0.0] * len(self.wanted_radps)

@@ -76,10 +76,9 @@ class SpeedController:
         """Currents for this tick."""
         kp, ki_dt, limit = self._kp, self._ki_dt, self._limit_a
         viscous, coulomb_a, fading = self._viscous_a_per_radps, self._coulomb_a, self._fading_a_per_radps
-        integral = self._integral_a
         currents = []
-        for wheel, wanted in enumerate(wanted_radps):
-            measured = measured_radps[wheel]
+        integrals = []
+        for wanted, measured, integral in zip(wanted_radps, measured_radps, self._integral_a, strict=True):
             error = wanted - measured
             if wanted > FRICTION_FADE_RADPS:
                 forward_a = viscous * wanted + coulomb_a
@@ -88,19 +87,21 @@ class SpeedController:
             else:
                 forward_a = fading * wanted
                 if wanted == 0.0 == measured:
-                    integral[wheel] *= REST_LEAK
-            current = forward_a + kp * error + integral[wheel]
+                    integral *= REST_LEAK
+            current = forward_a + kp * error + integral
             if current > limit:
                 current = limit
                 if error < 0.0:
-                    integral[wheel] += ki_dt * error
+                    integral += ki_dt * error
             elif current < -limit:
                 current = -limit
                 if error > 0.0:
-                    integral[wheel] += ki_dt * error
+                    integral += ki_dt * error
             else:
-                integral[wheel] += ki_dt * error
+                integral += ki_dt * error
             currents.append(current)
+            integrals.append(integral)
+        self._integral_a = integrals
         return currents
 
     def reset(self) -> None:

@@ -21,6 +21,8 @@ from bench.link import COMMANDING, LIVE, LOST, NEUTRAL, NEVER_SEEN, RcLink
 from bench.messages import ZERO_TWIST, BodyTwist, RcFrame
 
 DT_S = 0.001
+# A named tuple's own constructor costs twice as much; this one makes the same value.
+_new_twist = tuple.__new__
 DRIVER_NONE, DRIVER_RC, DRIVER_CORE = "none", "rc", "core"
 
 
@@ -77,7 +79,7 @@ class Drive:
         self, tick: int, link: RcLink | None, core_twist: BodyTwist, core_alive: bool, heading_rad: float
     ) -> BodyTwist | None:
         """The body twist for this tick; None means no power: zero current, integrators reset."""
-        if link is not None:
+        if link is not None and (link.frame is not self._frame or link.state not in COMMANDING):
             self._follow_link(tick, link, heading_rad)
         if not self.armed:
             self.driver = DRIVER_NONE
@@ -86,12 +88,12 @@ class Drive:
         wanted = self._choose(tick, link, core_twist, core_alive, heading_rad)
         if wanted is None:  # the ramp is for getting going and for the core's comfort; a driver who lets go means stop
             self._ramped = ZERO_TWIST
-        elif wanted != self._ramped:
+        elif wanted is not self._ramped and wanted != self._ramped:
             self._ramped = self._ramp(wanted)
         return self._ramped
 
     def _follow_link(self, tick: int, link: RcLink, heading_rad: float) -> None:
-        """Arming and sticks, from the link's state and its last good frame."""
+        """Arming and sticks, from the link's state and its last good frame: called where there is news."""
         profile = self._profile
         assert profile is not None
         state = link.state
@@ -101,10 +103,9 @@ class Drive:
             # A press that began while nobody was listening is not a deliberate act.
             self._pressed = None
             return
-        frame = link.frame
-        if frame is None or frame is self._frame:
+        self._frame = frame = link.frame
+        if frame is None:
             return
-        self._frame = frame
         channels = frame.channels
         sticks = (
             _stick(channels, profile.forward, profile),
@@ -144,9 +145,9 @@ class Drive:
         self, tick: int, link: RcLink | None, core_twist: BodyTwist, core_alive: bool, heading_rad: float
     ) -> BodyTwist | None:
         """What the driver wants; None is a standstill, at once."""
-        self.driver = DRIVER_NONE
         if link is not None:
             if link.state == NEUTRAL:
+                self.driver = DRIVER_NONE
                 return None
             forward, left, turn = self.sticks
             if forward or left or turn:
@@ -159,6 +160,7 @@ class Drive:
                 self.driver = DRIVER_RC
                 return None
         if not core_alive:
+            self.driver = DRIVER_NONE
             return None
         self.driver = DRIVER_CORE
         if core_twist is not self._core_asked:
@@ -183,18 +185,20 @@ class Drive:
     def _ramp(self, wanted: BodyTwist) -> BodyTwist:
         """One tick towards the wanted twist, at most the robot file's accelerations."""
         vx, vy, omega = self._ramped
-        dx, dy = wanted.vx_mps - vx, wanted.vy_mps - vy
+        to_vx, to_vy, to_omega = wanted
+        dx, dy, turn = to_vx - vx, to_vy - vy, to_omega - omega
         distance = math.sqrt(dx * dx + dy * dy)
-        if distance <= self._linear_step:
-            vx, vy = wanted.vx_mps, wanted.vy_mps
-        else:
+        step = self._angular_step
+        arrives = -step <= turn <= step
+        if distance > self._linear_step:
             share = self._linear_step / distance
             vx += dx * share
             vy += dy * share
-        turn = wanted.omega_radps - omega
-        step = self._angular_step
-        omega = wanted.omega_radps if -step <= turn <= step else omega + math.copysign(step, turn)
-        return BodyTwist(vx, vy, omega)
+        elif arrives:
+            return wanted
+        else:
+            vx, vy = to_vx, to_vy
+        return _new_twist(BodyTwist, (vx, vy, to_omega if arrives else omega + math.copysign(step, turn)))
 
 
 def _stick(channels: tuple[int, ...], axis: Axis, profile: Profile) -> float:

@@ -30,7 +30,8 @@ QUIET_PERIODS = 2.5
 class RcLink:
     """Follows the events of an RC decoder and says in which state the link is, and why.
 
-    `frame` is the last good frame, `frames` counts the good ones, `noise_bytes` and `flagged_frames` the rest.
+    `frame` is the last good frame, `frames` counts the good ones, `noise_bytes` and `flagged_frames` the rest. Before
+    `review_tick` a step without events changes nothing and may be left out.
     """
 
     __slots__ = (
@@ -53,6 +54,7 @@ class RcLink:
         "noise_bytes",
         "quality_percent",
         "reason",
+        "review_tick",
         "state",
     )
 
@@ -75,6 +77,7 @@ class RcLink:
         self.reason = "no frame yet"
         self.frame: RcFrame | None = None
         self.last_good_tick = -1
+        self.review_tick = 0
         self.frames = 0
         self.flagged_frames = 0
         self.noise_bytes = 0
@@ -126,6 +129,7 @@ class RcLink:
         self.frame = frame
         self.frames += 1
         self.last_good_tick = tick
+        self.review_tick = tick + self._quiet + 1  # of all limits in time this is the first
 
     def _fault(self, tick: int, frame: RcFrame) -> str:
         """Why this frame is not the driver's will, or nothing."""

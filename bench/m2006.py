@@ -78,8 +78,9 @@ class MotorBus:
     """The base's end of the motor bus: currents out, what the wheels did in.
 
     All per-wheel values are lists in the robot's wheel order: `speeds_radps` from the encoder, in the wheel's positive
-    sense; `currents_ma` and `rotor_rpm` as reported (wire sign). `turned`, once a tick, takes the feedback and says
-    what the wheels turned. `watch` keeps what else was on the bus: frames of other nodes, wrong lengths, two senders on one identifier.
+    sense; `currents_ma` and `rotor_rpm` as reported (wire sign); `quietest_tick` is when the wheel was heard that has
+    been quiet for longest, -1 for never. `turned`, once a tick, takes the feedback and says what the wheels turned.
+    `watch` keeps what else was on the bus: frames of other nodes, wrong lengths, two senders on one identifier.
     """
 
     __slots__ = (
@@ -91,7 +92,6 @@ class MotorBus:
         "_limit_raw",
         "_others",
         "_outputs",
-        "_quietest_tick",
         "_rad_per_count",
         "_reports",
         "_seen",
@@ -102,6 +102,7 @@ class MotorBus:
         "_tick",
         "foreign_frames",
         "malformed_frames",
+        "quietest_tick",
         "speeds_radps",
         "watch",
     )
@@ -130,7 +131,7 @@ class MotorBus:
         self._reports: Sequence[bytes] = [b""] * count
         self._angles: Sequence[int] = [0] * count
         self._seen = [-1] * count
-        self._tick = self._taken_tick = self._quietest_tick = -1
+        self._tick = self._taken_tick = self.quietest_tick = -1
         self._settled_tick = -2
         self._increments_rad = [0.0] * count
         self.speeds_radps = [0.0] * count
@@ -152,7 +153,7 @@ class MotorBus:
                 joined = b"".join(reports)
                 if len(joined) == self._angles_layout.size:
                     return self._turned_as_usual(tick, reports, self._angles_layout.unpack(joined))
-        silent = tick - self._quietest_tick
+        silent = tick - self.quietest_tick
         self.receive(tick, frames)
         if not self.complete:
             return None
@@ -167,7 +168,7 @@ class MotorBus:
         self._angles = angles
         self._reports = reports
         self._seen = [tick] * len(angles)
-        self._tick = self._taken_tick = self._quietest_tick = self._settled_tick = tick
+        self._tick = self._taken_tick = self.quietest_tick = self._settled_tick = tick
         self.speeds_radps = [increment * 1000.0 for increment in increments_rad]
         return increments_rad
 
@@ -203,7 +204,7 @@ class MotorBus:
             else:
                 self.watch.again(tick, can_id)
         self._tick = tick
-        self._quietest_tick = min(seen)
+        self.quietest_tick = min(seen)
 
     @property
     def currents_ma(self) -> list[int]:
@@ -218,20 +219,20 @@ class MotorBus:
     @property
     def complete(self) -> bool:
         """True when every wheel has reported since the tick in which the increments were last taken."""
-        return self._quietest_tick > self._taken_tick
+        return self.quietest_tick > self._taken_tick
 
     def take_increments(self) -> list[float]:
         """What each wheel turned, in rad, since this was last called."""
         increments = self._increments_rad
         self._increments_rad = [0.0] * len(increments)
         self._taken_tick = self._tick
-        if self._quietest_tick == self._tick:
+        if self.quietest_tick == self._tick:
             self._settled_tick = self._tick
         return increments
 
     def silent_ticks(self, tick: int) -> int:
         """Ticks since the wheel that has been quiet for longest was heard."""
-        return tick - self._quietest_tick
+        return tick - self.quietest_tick
 
     def silences(self, tick: int) -> list[int]:
         """Ticks since each wheel was heard, in wheel order."""

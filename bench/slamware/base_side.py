@@ -71,13 +71,14 @@ class SlamwareBase(Answers):
         """How many error answers left, by error code."""
         self._decoder = FrameDecoder(rescan=False, max_bytes=MAX_REQUEST_BYTES)
         self._core_timeout_ticks = core_timeout_ms * 1000 // TICK_US
-        self._life_tick: int | None = None
+        self.last_alive_tick = -1
+        """The core counts as alive up to this tick, unless it says something more."""
         self._stray_end = -1  # stream offset and tick behind the last stray byte
         self._stray_tick = 0
 
     def alive(self, tick: int) -> bool:
         """Whether a good 0xF8 frame came within the core timeout: at 1000 ms it still drives, at 1001 ms it is dead."""
-        return self._life_tick is not None and tick - self._life_tick <= self._core_timeout_ticks
+        return tick <= self.last_alive_tick
 
     def receive(self, data: bytes, tick: int) -> bytes:
         """Answers to what these bytes complete, in order; empty while there is nothing to answer."""
@@ -114,7 +115,7 @@ class SlamwareBase(Answers):
         if not self.alive(tick):
             # The core is back from silence. Until it says so again, what it wanted before must not move the robot.
             self.stop()
-        self._life_tick = tick
+        self.last_alive_tick = tick + self._core_timeout_ticks
 
     def _checked(self, payload: bytes, tick: int) -> bytes:
         if not payload:

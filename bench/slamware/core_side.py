@@ -84,7 +84,8 @@ class SlamwareCore(Ledger):
         self._damaged_in_a_row = 0
         self._send_tick = 0
         self._connect_tick = 0  # before this tick no handshake is tried
-        self._act_tick = 0  # before this tick there is nothing to do but to read
+        self.act_tick = 0
+        """Before this tick there is nothing to do but to read: a step without bytes changes nothing."""
 
     @property
     def pose(self) -> Pose:
@@ -124,7 +125,7 @@ class SlamwareCore(Ledger):
             if self._resync is not None:
                 return self._bring_back(tick, True, events)
             self._read(events, tick)
-        if tick < self._act_tick:
+        if tick < self.act_tick:
             return b""
         return self._act(tick) if self._resync is None else self._bring_back(tick, False, ())
 
@@ -133,7 +134,7 @@ class SlamwareCore(Ledger):
         self._read(self._decoder.finish(), tick)
         if self._is_waiting:
             self._give_up_waiting(tick)
-        if tick < self._act_tick:
+        if tick < self.act_tick:
             return b""
         if self._damaged_in_a_row >= OUT_OF_STEP_AFTER:
             self.connected = False
@@ -147,7 +148,7 @@ class SlamwareCore(Ledger):
         self._is_waiting = True
         self._is_damaged = False
         self._send_tick = tick
-        self._act_tick = tick + self._timeout_ticks
+        self.act_tick = tick + self._timeout_ticks
         return encode_frame(CONTROL_BUS, request, STANDARD)
 
     def _give_up_waiting(self, tick: int) -> None:
@@ -166,7 +167,7 @@ class SlamwareCore(Ledger):
         self._resync = Resync(tick, self.resyncs)
         self.resyncs += 1
         self._damaged_in_a_row = 0
-        self._act_tick = tick
+        self.act_tick = tick
 
     def _bring_back(self, tick: int, heard: bool, events: Sequence[SlamwareEvent]) -> bytes:
         for event in events:
@@ -192,7 +193,7 @@ class SlamwareCore(Ledger):
     def _plan(self) -> None:
         """When there is something to do next, unless something is under way."""
         if not self._is_waiting and self._resync is None:
-            self._act_tick = self._timetable.next_tick() if self.connected else self._connect_tick
+            self.act_tick = self._timetable.next_tick() if self.connected else self._connect_tick
 
     def _read(self, events: Sequence[SlamwareEvent], tick: int) -> None:
         for event in events:
