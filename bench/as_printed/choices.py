@@ -204,7 +204,7 @@ class Odometry002AsPrinted(Odometry):
         self._position = document_002.calculate_position_as_printed(self._position, v_f, v_i, v_r)
         right_mm, forward_mm, yaw_deg = self._position
         self._x_m, self._y_m = forward_mm / 1000.0, -right_mm / 1000.0
-        self._heading_rad = math.radians(yaw_deg)
+        self.heading_rad = math.radians(yaw_deg)
 
 
 def odometry_as_printed(robot: Robot, kinematics: Kinematics) -> Odometry:
