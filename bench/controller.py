@@ -60,6 +60,7 @@ class SpeedController:
         "_kp",
         "_limit_a",
         "_viscous_a_per_radps",
+        "_wheels",
     )
 
     def __init__(self, robot: Robot) -> None:
@@ -70,16 +71,16 @@ class SpeedController:
         self._coulomb_a = motor.coulomb_nm / motor.torque_nm_per_a if control.feed_forward else 0.0
         self._viscous_a_per_radps = motor.viscous_nms / motor.torque_nm_per_a if control.feed_forward else 0.0
         self._fading_a_per_radps = self._viscous_a_per_radps + self._coulomb_a / FRICTION_FADE_RADPS
+        self._wheels = tuple(range(len(robot.wheels)))
         self._integral_a = [0.0] * len(robot.wheels)
 
     def step(self, wanted_radps: Sequence[float], measured_radps: Sequence[float]) -> list[float]:
         """Currents for this tick."""
         kp, ki_dt, limit = self._kp, self._ki_dt, self._limit_a
         viscous, coulomb_a, fading = self._viscous_a_per_radps, self._coulomb_a, self._fading_a_per_radps
-        currents = []
-        integrals = []
-        # One value a wheel each; zip(strict=True) would add a twelfth.
-        for wanted, measured, integral in zip(wanted_radps, measured_radps, self._integral_a):  # noqa: B905
+        integral_a, currents = self._integral_a, []
+        for wheel in self._wheels:
+            wanted, measured, integral = wanted_radps[wheel], measured_radps[wheel], integral_a[wheel]
             error = wanted - measured
             if wanted > FRICTION_FADE_RADPS:
                 forward_a = viscous * wanted + coulomb_a
@@ -101,8 +102,7 @@ class SpeedController:
             else:
                 integral += ki_dt * error
             currents.append(current)
-            integrals.append(integral)
-        self._integral_a = integrals
+            integral_a[wheel] = integral
         return currents
 
     def reset(self) -> None:

@@ -46,12 +46,12 @@ class Dm3519Bus(MotorBus):
     @property
     def errors(self) -> list[int]:
         """As each motor last reported it; 1, on, before its first report."""
-        return [report[7] if report and self._sees_errors else ON for report in self._reports]
+        return [data[7] if data and self._sees_errors else ON for _, data in self._reports]
 
     @property
     def temperatures_degc(self) -> list[int]:
         """As each motor last reported it; 0 before its first report."""
-        return [report[6] if report else 0 for report in self._reports]
+        return [data[6] if data else 0 for _, data in self._reports]
 
     def wake(self) -> tuple[CanFrame, ...]:
         """A clear-error frame for every motor that reports an error; where none can be seen, for every motor."""

@@ -43,8 +43,10 @@ class Kinematics:
         """H, one row a wheel: twist -> wheel speeds (the robotics name for this direction is inverse kinematics)."""
         self.forward_rows: tuple[tuple[float, ...], ...] = _pseudo_inverse(self.inverse_rows, self.length_m)
         """H+, three rows: wheel speeds -> twist."""
-        # The same by wheel: what 1 rad/s of it adds to the twist.
-        self._shares = tuple(zip(*self.forward_rows, strict=True))
+        # The same by wheel: its index, and what 1 rad/s of it adds to the twist.
+        self._shares = tuple(
+            (wheel, fx, fy, fw) for wheel, (fx, fy, fw) in enumerate(zip(*self.forward_rows, strict=True))
+        )
 
     def wheel_speeds(self, twist: Sequence[float]) -> list[float]:
         """Wheel speeds in rad/s (or increments in rad) that move the base with this twist (or increment)."""
@@ -60,7 +62,8 @@ class Kinematics:
         if len(wheels) != len(self._shares):
             raise ValueError(f"{len(wheels)} values for {len(self._shares)} wheels")
         x = y = turn = 0.0
-        for value, (fx, fy, fw) in zip(wheels, self._shares):  # noqa: B905 (the lengths were checked above)
+        for wheel, fx, fy, fw in self._shares:
+            value = wheels[wheel]
             x += fx * value
             y += fy * value
             turn += fw * value

@@ -85,14 +85,11 @@ class MotorBus:
 
     __slots__ = (
         "_angles",
-        "_angles_layout",
         "_commands",
-        "_feedback_ids",
         "_increments_rad",
         "_limit_raw",
         "_others",
         "_outputs",
-        "_rad_per_count",
         "_reports",
         "_seen",
         "_settled_tick",
@@ -100,6 +97,7 @@ class MotorBus:
         "_stop_frames",
         "_taken_tick",
         "_tick",
+        "_usual",
         "foreign_frames",
         "malformed_frames",
         "quietest_tick",
@@ -118,17 +116,15 @@ class MotorBus:
         self._others = {FEEDBACK_ID + wheel.can_id for wheel in robot.dead_wheels}
         if robot.gyro is not None:
             self._others.add(GYRO_ID + robot.gyro.can_id)
-        # What a usual tick brings: these identifiers in this order, and of each frame only the angle is looked at.
-        self._feedback_ids = tuple(self._sources)
-        self._rad_per_count = wiring.rad_per_count
-        self._angles_layout = struct.Struct(">" + "H6x" * count)
+        # What a usual tick brings, in wheel order: wheel, identifier, rad per count.
+        self._usual = tuple((wheel, can_id, rad) for can_id, (wheel, rad) in self._sources.items())
         # Where currents go, in the order of their places: wheel, raw per A. Slots of absent motors are padding.
         places = sorted((place, wheel) for wheel, place in enumerate(wiring.slots))
         self._outputs = tuple((wheel, wiring.raw_per_a[wheel]) for _, wheel in places)
         self._commands = _command_layouts(wiring.command_ids, [place for place, _ in places])
         self._stop_frames = tuple((can_id, bytes(FRAME_LENGTH)) for can_id in wiring.command_ids)
         self._limit_raw = float(math.floor(robot.limits.current_a * family.raw_per_a))
-        self._reports: Sequence[bytes] = [b""] * count
+        self._reports: Sequence[CanFrame] = [(0, b"")] * count
         self._angles: Sequence[int] = [0] * count
         self._seen = [-1] * count
         self._tick = self._taken_tick = self.quietest_tick = -1
@@ -145,14 +141,27 @@ class MotorBus:
         None while one is missing. After a gap too long to unwrap, of more than `gap_ticks` (at least 1), what has been
         heard is a new reference and no motion: an empty list.
         """
-        # Nearly every tick brings each wheel's report once, in wheel order, a tick after the last: then one unpack for
-        # all of them and no book-keeping by wheel, in a third of the time.
-        if self._settled_tick == tick - 1 and len(frames) == len(self._feedback_ids):
-            can_ids, reports = zip(*frames)  # noqa: B905 (strict=True costs a tenth of all this)
-            if can_ids == self._feedback_ids and max(map(len, reports)) == FRAME_LENGTH:
-                joined = b"".join(reports)
-                if len(joined) == self._angles_layout.size:
-                    return self._turned_as_usual(tick, reports, self._angles_layout.unpack(joined))
+        # Nearly every tick brings each wheel's report once, in wheel order, a tick after the last: nothing has to be
+        # kept by wheel then. In plain steps, because a call into C costs as much as twenty of them.
+        usual = self._usual
+        if self._settled_tick == tick - 1 and len(frames) == len(usual):
+            angles, lasts = [], self._angles
+            increments_rad, speeds_radps = [], []
+            for wheel, feedback_id, rad_per_count in usual:
+                can_id, data = frames[wheel]
+                if can_id != feedback_id or len(data) != FRAME_LENGTH:
+                    break
+                angle = data[0] << 8 | data[1]
+                angles.append(angle)
+                increment = ((angle - lasts[wheel] + HALF_TURN) % COUNTS - HALF_TURN) * rad_per_count
+                increments_rad.append(increment)
+                speeds_radps.append(increment * 1000.0)
+            else:
+                self._angles = angles
+                self._reports = frames
+                self.speeds_radps = speeds_radps
+                self._tick = self._taken_tick = self.quietest_tick = self._settled_tick = tick
+                return increments_rad
         silent = tick - self.quietest_tick
         self.receive(tick, frames)
         if not self.complete:
@@ -160,24 +169,14 @@ class MotorBus:
         increments_rad = self.take_increments()
         return increments_rad if silent <= gap_ticks else []
 
-    def _turned_as_usual(self, tick: int, reports: Sequence[bytes], angles: Sequence[int]) -> list[float]:
-        increments_rad = [
-            ((angle - last + HALF_TURN) % COUNTS - HALF_TURN) * rad_per_count
-            for angle, last, rad_per_count in zip(angles, self._angles, self._rad_per_count)  # noqa: B905
-        ]
-        self._angles = angles
-        self._reports = reports
-        self._seen = [tick] * len(angles)
-        self._tick = self._taken_tick = self.quietest_tick = self._settled_tick = tick
-        self.speeds_radps = [increment * 1000.0 for increment in increments_rad]
-        return increments_rad
-
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> None:
         """Take feedback frames, whatever they are; `take_increments` then gives what they add up to."""
+        if self._settled_tick >= 0:  # the ticks until then were usual ones
+            self._seen = [self._settled_tick] * len(self._seen)
+            self._settled_tick = -2
         sources, seen, increments = self._sources, self._seen, self._increments_rad
         reports, angles = list(self._reports), list(self._angles)
         self._reports, self._angles = reports, angles
-        self._settled_tick = -2
         for can_id, data in frames:
             source = sources.get(can_id)
             if source is None:
@@ -192,7 +191,7 @@ class MotorBus:
                 continue
             wheel, rad_per_count = source
             last, (angles[wheel], _, _) = angles[wheel], _FEEDBACK.unpack(data)
-            reports[wheel] = data
+            reports[wheel] = can_id, data
             last_tick, seen[wheel] = seen[wheel], tick
             if last_tick < 0:  # the first sample only sets the reference
                 continue
@@ -209,12 +208,12 @@ class MotorBus:
     @property
     def currents_ma(self) -> list[int]:
         """Current as each ESC last reported it, wire sign; 0 before its first report."""
-        return [_FEEDBACK.unpack(report)[2] if report else 0 for report in self._reports]
+        return [_FEEDBACK.unpack(data)[2] if data else 0 for _, data in self._reports]
 
     @property
     def rotor_rpm(self) -> list[int]:
         """Rotor speed as each ESC last reported it, wire sign; 0 before its first report."""
-        return [_FEEDBACK.unpack(report)[1] if report else 0 for report in self._reports]
+        return [_FEEDBACK.unpack(data)[1] if data else 0 for _, data in self._reports]
 
     @property
     def complete(self) -> bool:
@@ -236,6 +235,8 @@ class MotorBus:
 
     def silences(self, tick: int) -> list[int]:
         """Ticks since each wheel was heard, in wheel order."""
+        if self._settled_tick >= 0:
+            return [tick - self._settled_tick] * len(self._seen)
         return [tick - seen for seen in self._seen]
 
     def command(self, currents_a: Sequence[float]) -> tuple[CanFrame, ...]:
@@ -300,7 +301,6 @@ class EmulatedEscs:
         "_max_raw",
         "_reports",
         "_rpm",
-        "_stopped",
         "_timeout_ticks",
         "_wheels",
         "in_quick_id",
@@ -327,11 +327,10 @@ class EmulatedEscs:
             for command_id in wiring.command_ids
         }
         self._reports = tuple(
-            (FEEDBACK_ID + can_id, wiring.counts_per_rad[wheel], wiring.rpm_per_radps[wheel], raw_per_a)
+            (wheel, FEEDBACK_ID + can_id, wiring.counts_per_rad[wheel], wiring.rpm_per_radps[wheel], raw_per_a)
             for wheel, (can_id, raw_per_a) in enumerate(zip(wiring.can_ids, wiring.raw_per_a, strict=True))
         )
         self._last_words = [0] * count
-        self._stopped: set[int] = set()  # wheels whose ESC reports no more
         self._groups = len(wiring.command_ids)
         self._max_raw = family.full_scale_raw
         self._knows_quick_id = family.message(QUICK_ID) is not None
@@ -371,11 +370,11 @@ class EmulatedEscs:
 
     def _other_frame(self, tick: int, can_id: int, data: bytes) -> None:
         """No command for these ESCs, and mostly none of their business."""
-        own = [wheel for wheel, (feedback_id, *_) in enumerate(self._reports) if feedback_id == can_id]
-        if own and own[0] not in self._stopped:
+        own = [wheel for wheel, feedback_id, *_ in self._reports if feedback_id == can_id]
+        if own:
             self.watch.report(Kind.TWO_SENDERS, tick, can_id)
             self._let_go(own[0])
-            self._stopped.add(own[0])
+            self._reports = tuple(report for report in self._reports if report[0] != own[0])
         elif can_id == QUICK_ID and self._knows_quick_id and describe(can_id, data):
             self.watch.report(Kind.QUICK_ID, tick, can_id)
             self.in_quick_id = True
@@ -400,21 +399,16 @@ class EmulatedEscs:
         self, angles_rad: Sequence[float], speeds_radps: Sequence[float], currents_a: Sequence[float]
     ) -> tuple[CanFrame, ...]:
         """One feedback frame for each ESC from its wheel's angle, speed and current, in wheel order."""
-        filter_share = self._filter
-        rpms = []
+        rpms, filter_share, last_words = self._rpm, self._filter, self._last_words
+        pack = _FEEDBACK_WORDS.pack
         frames = []
-        # The lengths are the robot's, and zip(strict=True) would add a twentieth.
-        for (feedback_id, counts_per_rad, rpm_per_radps, raw_per_a), rpm, angle, speed, current, word in zip(  # noqa: B905
-            self._reports, self._rpm, angles_rad, speeds_radps, currents_a, self._last_words
-        ):
-            rpm += filter_share * (speed * rpm_per_radps - rpm)
-            rpms.append(rpm)
+        for wheel, feedback_id, counts_per_rad, rpm_per_radps, raw_per_a in self._reports:
+            rpm = rpms[wheel]
+            rpms[wheel] = rpm = rpm + filter_share * (speeds_radps[wheel] * rpm_per_radps - rpm)
             whole_rpm = round(rpm)
             if not -32768 <= whole_rpm <= 32767:  # no M2006 gets there; the field saturates rather than wraps
                 whole_rpm = 32767 if whole_rpm > 0 else -32768
-            counts = floor(angle * counts_per_rad) % COUNTS
-            frames.append((feedback_id, _FEEDBACK_WORDS.pack(counts, whole_rpm, round(current * raw_per_a), word)))
-        self._rpm = rpms
-        if self._stopped:
-            return tuple(frame for wheel, frame in enumerate(frames) if wheel not in self._stopped)
+            counts = floor(angles_rad[wheel] * counts_per_rad) % COUNTS
+            raw = round(currents_a[wheel] * raw_per_a)
+            frames.append((feedback_id, pack(counts, whole_rpm, raw, last_words[wheel])))
         return tuple(frames)

@@ -275,6 +275,35 @@ def test_a_current_below_the_friction_holds_the_robot_at_rest():
     assert run(plant, (0.15, 0.15, 0.15), 200).twist.omega_radps > 0.0
 
 
+def test_a_robot_that_waits_costs_no_step_and_moves_off_like_any_other():
+    """Where nothing moves the plant leaves its steps out; a robot of which it cannot know has the same life."""
+    waiting, watched = Plant(m2006()), Plant(m2006())
+    for _ in range(900):
+        waiting.step([0.05, 0.0, -0.05])
+        watched.step([0.05, 0.0, -0.05])
+        watched.push(0.0, 0.0)  # something might: each of its steps is worked out
+    assert waiting.currents_a == watched.currents_a == pytest.approx([0.05, 0.0, -0.05])
+    for currents_a in ([0.3, -0.1, 0.2], [0.0, 0.0, 0.0]):
+        for _ in range(300):
+            waiting.step(currents_a)
+            watched.step(currents_a)
+            watched.push(0.0, 0.0)
+        assert waiting.pose == watched.pose != Pose(0.0, 0.0, 0.0)
+        assert waiting.wheel_angles_rad == watched.wheel_angles_rad
+        assert waiting.contact_forces_n == watched.contact_forces_n
+
+
+@pytest.mark.parametrize("disturb", [lambda plant: plant.push(40.0, 0.0), lambda plant: plant.step([0.6, 0.0, -0.6])])
+def test_a_robot_that_waits_can_be_moved(disturb):
+    plant = Plant(m2006())
+    for _ in range(50):
+        plant.step([0.0, 0.0, 0.0])
+    disturb(plant)
+    for _ in range(3):
+        plant.step([0.0, 0.0, 0.0])
+    assert plant.pose != Pose(0.0, 0.0, 0.0)
+
+
 def test_coasting_ends_when_the_closed_form_says_and_in_an_exact_stop():
     plant = Plant(m2006(body_cog_height_m=0.0), arena=None, twist=BodyTwist(0.5, 0.0, 0.0))
     steps = 0
