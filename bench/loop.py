@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bench.arena import FIELD, Arena
 from bench.base import Base, ControlledBase
 from bench.canbus.watch import Finding
 from bench.config import Robot, load_robot
 from bench.messages import STATE_PERIOD_TICKS, Snapshot, TickInput, TickOutput
+from bench.noise import SILENT, Noise
 from bench.odometry import wrap
-from bench.plant import FIELD
+from bench.plant import Plant
 from bench.reckoning import DRIVEN_WHEELS
 from bench.sensors import ArenaSenses
 from bench.slamware.core_side import SlamwareCore
@@ -39,7 +41,7 @@ class Bench:
         self.state_columns = (*_state_columns(world.robot), *more)
         self._has_more = bool(more)
         if isinstance(base, Base):  # a foreign base has sensors of its own
-            base.slave.senses = ArenaSenses(world.robot, world.plant, FIELD)
+            base.slave.senses = ArenaSenses(world.robot, world.plant, world.plant.arena)
 
     def tick(self, given: TickInput = NOTHING) -> TickOutput:
         """Run one millisecond. Feedback born in it reaches the base in the next one, like on the real bus."""
@@ -84,17 +86,24 @@ class Bench:
         return (*row, *_more(self)) if self._has_more else tuple(row)
 
 
-def simulated(robot: Robot | str | Path = "m2006") -> Bench:
-    """The role `sim`: our base, our ESCs and plant, our SLAMWARE core. Raises ConfigError for an impossible robot."""
+def simulated(robot: Robot | str | Path = "m2006", arena: Arena = FIELD, noise: Noise = SILENT) -> Bench:
+    """The role `sim`: our base, our ESCs and plant, our SLAMWARE core. Raises ConfigError for an impossible robot,
+    ValueError for one that cannot begin where the arena puts it.
+    """
     if not isinstance(robot, Robot):
         robot = load_robot(robot)
     core = SlamwareCore(poll_ms=robot.slamware.poll_ms, schedule=SCHEDULES[robot.slamware.polls])
-    return Bench(Base(robot), World(robot, core=core, motors=SimulatedMotors(robot)))
+    return Bench(Base(robot), World(robot, core=core, motors=simulated_motors(robot, arena, noise)))
 
 
 def replayed(robot: Robot, motors: SimulatedMotors | RecordedMotors | None = None) -> Bench:
     """Like `simulated`, but the core's bytes come from `TickInput.slamware`: they are a recording's."""
     return Bench(Base(robot), World(robot, core=None, motors=motors or SimulatedMotors(robot)))
+
+
+def simulated_motors(robot: Robot, arena: Arena = FIELD, noise: Noise = SILENT) -> SimulatedMotors:
+    """Motors and plant in an arena, at its start."""
+    return SimulatedMotors(robot, Plant(robot, arena, arena.start), noise)
 
 
 def _snapshot(bench: Bench) -> Snapshot:

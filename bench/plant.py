@@ -22,14 +22,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import pymunk
 
+from bench.arena import FIELD, ORIGIN, Arena, Disc, Obstacle
 from bench.config import Robot
 from bench.contact import Contact, WheelState
-from bench.loads import lift_above, load_rows, tipping_part
+from bench.loads import GRAVITY_MPS2, lift_above, load_rows, tipping_part
 from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
 from bench.walls import WallRows
 
@@ -52,32 +52,18 @@ EngineTouch: TypeAlias = tuple[pymunk.Shape, pymunk.Vec2d, float, pymunk.Vec2d, 
 """A wall, the normal towards it, its friction against the body, what the engine pushed it with (N s), just hit."""
 
 
-@dataclass(frozen=True, slots=True)
-class Arena:
-    """A closed field, centred on the origin: inner length along x, inner width along y, and what its walls are like."""
-
-    length_m: float = 6.0
-    width_m: float = 4.0
-    friction: float = 0.3
-    restitution: float = 0.0
-
-
-FIELD = Arena()
-ORIGIN = Pose(0.0, 0.0, 0.0)
-
-
 class Plant:
     """One robot on its wheels in a field (`arena=None`: open floor), rolling with `twist` at the start.
 
     Wheel values stand in the robot file's wheel order, in the wheel's positive sense. Every list that an attribute
     gives is a new one each step and never changes afterwards. Raises ValueError where the robot would fall over at
-    rest, or does not fit between the walls.
+    rest, or cannot begin where it is put: outside of the walls, or in something.
     """
 
     __slots__ = (
-        "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_lift_above", "_load_rows",
-        "_mass", "_omega", "_pushed", "_rests_with", "_rolling", "_space", "_still", "_supply", "_torques", "_touches",
-        "_velocity", "_walls", "_wheel_inertia", "_yaw_inertia",
+        "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_discs", "_feet", "_floor",
+        "_lift_above", "_load_rows", "_mass", "_omega", "_patches", "_pushed", "_rests_with", "_space", "_still",
+        "_supply", "_torques", "_touches", "_velocity", "_walls", "_wheel_inertia", "_yaw_inertia", "arena",
         "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
     )  # fmt: skip
 
@@ -102,7 +88,6 @@ class Plant:
         self._pushed: tuple[float, float] | None = None
         self._still: Sequence[WheelState] | None = None  # what the last step had to solve, if it left all standing
         self._rests_with: list[float] | None = None  # commanded currents with which nothing moves any more
-        self._rolling = robot.ground.rolling
 
         self.currents_a = [0.0] * len(robot.wheels)
         """What flows, after lag and limits."""
@@ -132,8 +117,16 @@ class Plant:
         self._space.on_collision(ROBOT, WALL, post_solve=_note_touch, data=self._touches)
         if not all(map(math.isfinite, (*pose, *twist))):
             raise ValueError(f"a robot cannot start at {pose} with {twist}")
+        self.arena = arena
+        self._discs: list[tuple[pymunk.Body, float]] = []
+        self._floor = robot.ground.grip, robot.ground.rolling
+        self._patches = arena.patches if arena is not None else ()
+        self._feet = [(wheel.x_m, wheel.y_m) for wheel in robot.wheels] if self._patches else []
         if arena is not None:
-            self._build_walls(arena, body.radius_m, pose)
+            why = arena.in_the_way(body.radius_m, pose)
+            if why:
+                raise ValueError(why)
+            self._build(arena)
         self._axes = (cos, sin)
         self._angle = self._body.angle
         self._velocity = self._body.velocity
@@ -181,6 +174,8 @@ class Plant:
         self.wheel_angles_rad = angles
 
         contact = self._contact
+        if self._feet:
+            contact.stand_on(self._floors())
         walls = self._lean(cos, sin) if self._touches else None
         pushed = self._pushed
         if pushed is not None:
@@ -213,9 +208,11 @@ class Plant:
         self._rests_with = None
 
     def set_grip(self, grip: float) -> None:
-        """Another floor under every wheel, from the next step on."""
+        """Another grip of the floor, from the next step on. Patches keep theirs."""
         self._rests_with = None
-        self._contact.stand_on([(grip, self._rolling)] * len(self.currents_a))
+        self._floor = grip, self._floor[1]
+        if not self._patches:
+            self._contact.stand_on([self._floor] * len(self.currents_a))
 
     @property
     def pose(self) -> Pose:
@@ -258,6 +255,12 @@ class Plant:
         return x / STEP_S, y / STEP_S
 
     @property
+    def discs(self) -> list[Obstacle]:
+        """Where the arena's discs are now, in its order."""
+        places = ((*body.position, radius) for body, radius in self._discs)
+        return [Obstacle(x, y, x, y, radius) for x, y, radius in places]
+
+    @property
     def wheel_loads_n(self) -> list[float]:
         """Weight on each wheel, load transfer of the last step's acceleration included."""
         ax, ay = self._acceleration
@@ -268,16 +271,30 @@ class Plant:
         """Find out whether further steps with these commanded currents would change nothing at all, not one bit.
 
         So it is where two steps in a row had the same to solve and both left everything standing, the engine with
-        nothing to push against. One tick in seven of the demo is such a one, and
+        nothing to push against and no disc that may still slide. One tick in seven of the demo is such a one, and
         then costs next to nothing.
         """
         is_still = not (any(self._velocity) or self._omega or any(self.wheel_speeds_radps) or any(self._acceleration))
-        if not is_still or self._touches or self._contact.sweeps:
+        if not is_still or self._touches or self._discs or self._contact.sweeps:
             self._still = None
         elif self._still == wheels:
             self._rests_with = list(currents_a)
         else:
             self._still = wheels
+
+    def _floors(self) -> list[tuple[float, float]]:
+        """Grip and rolling loss under each wheel."""
+        x, y = self._body.position
+        cos, sin = math.cos(self._angle), math.sin(self._angle)
+        floors = []
+        for wheel_x, wheel_y in self._feet:
+            at_x, at_y = x + cos * wheel_x - sin * wheel_y, y + sin * wheel_x + cos * wheel_y
+            floor = self._floor
+            for patch in self._patches:
+                if patch.carries(at_x, at_y):
+                    floor = patch.grip, patch.rolling
+            floors.append(floor)
+        return floors
 
     def _lean(self, cos: float, sin: float) -> WallRows:
         """The walls that touched the body at the end of the last step, in the frame of this one."""
@@ -307,21 +324,40 @@ class Plant:
         supply, back_emf, resistance = self._supply
         return max((-supply - back_emf * speed) / resistance, min(current, (supply - back_emf * speed) / resistance))
 
-    def _build_walls(self, arena: Arena, radius_m: float, pose: Pose) -> None:
-        half_x, half_y = arena.length_m / 2.0, arena.width_m / 2.0
-        if not (abs(pose.x_m) + radius_m <= half_x and abs(pose.y_m) + radius_m <= half_y):
-            raise ValueError(
-                f"a robot of radius {radius_m} m at ({pose.x_m}, {pose.y_m}) m is not inside a field of "
-                f"{arena.length_m} m x {arena.width_m} m centred on (0, 0)"
-            )
+    def _build(self, arena: Arena) -> None:
+        """Walls and discs, as the engine wants them."""
         thick = WALL_THICKNESS_M / 2.0
-        far_x, far_y = half_x + thick, half_y + thick  # a wall's inner face is where the field ends
+        far_x, far_y = arena.length_m / 2.0 + thick, arena.width_m / 2.0 + thick  # the inner face is the field's end
         corners = ((-far_x, -far_y), (far_x, -far_y), (far_x, far_y), (-far_x, far_y))
         for start, end in zip(corners, (*corners[1:], corners[0]), strict=True):
-            wall = pymunk.Segment(self._space.static_body, start, end, thick)
-            wall.friction, wall.elasticity = arena.friction, arena.restitution
-            wall.collision_type = WALL
-            self._space.add(wall)
+            self._add_wall(arena, Obstacle(*start, *end, thick))
+        for wall in arena.walls:
+            self._add_wall(arena, wall.obstacle)
+        for disc in arena.discs:
+            self._add_disc(arena, disc)
+
+    def _add_wall(self, arena: Arena, shape: Obstacle) -> None:
+        x1, y1, x2, y2, radius = shape
+        wall = pymunk.Segment(self._space.static_body, (x1, y1), (x2, y2), radius)
+        wall.friction, wall.elasticity = arena.friction, arena.restitution
+        wall.collision_type = WALL
+        self._space.add(wall)
+
+    def _add_disc(self, arena: Arena, disc: Disc) -> None:
+        """A body that rubs on the floor: two joints to it that hold with no more than friction."""
+        space = self._space
+        body = pymunk.Body(disc.mass_kg, pymunk.moment_for_circle(disc.mass_kg, 0.0, disc.radius_m))
+        body.position = disc.x_m, disc.y_m
+        shape = pymunk.Circle(body, disc.radius_m)
+        shape.friction, shape.elasticity = arena.friction, arena.restitution
+        slides = pymunk.PivotJoint(space.static_body, body, (disc.x_m, disc.y_m), (0.0, 0.0))
+        slides.max_force = disc.friction * disc.mass_kg * GRAVITY_MPS2
+        turns = pymunk.GearJoint(space.static_body, body, 0.0, 1.0)
+        turns.max_force = 2.0 / 3.0 * disc.radius_m * slides.max_force  # a disc that lies flat
+        for joint in (slides, turns):
+            joint.max_bias = 0.0  # it brakes; it does not pull back to where the disc began
+        space.add(body, shape, slides, turns)
+        self._discs.append((body, disc.radius_m))
 
 
 def _note_touch(arbiter: pymunk.Arbiter, space: pymunk.Space, touches: list[EngineTouch]) -> None:

@@ -1,7 +1,7 @@
-"""What a robot's sensors feel where it stands: pure geometry of a pose between four walls. No engine, no time.
+"""What a robot's sensors feel where it stands: pure geometry of a pose in an arena. No engine, no time.
 
-Distances run along a beam to the inner face of a wall; a bumper closes where the body's rim is within its travel of a
-wall; a dock is seen by a receiver that looks at it and that it looks at. `ArenaSenses` puts them together for the
+Distances run along a beam to the face of a wall or a disc; a bumper closes where the body's rim is within its travel of
+one; a dock is seen by a receiver that looks at it and that it looks at. `ArenaSenses` puts them together for the
 SLAMWARE slave and computes only what a core asks for.
 
 Frame: field x, y in metres, headings counter-clockwise. An arena is centred on the origin; without one there are no
@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from typing import Protocol
 
+from bench.arena import Arena, Obstacle
 from bench.config import Robot
 from bench.fittings import Bumper, Dock, DockReceiver, RangeSensor
 from bench.messages import Pose
@@ -32,31 +33,22 @@ SIDE_HALF_RAD = math.radians(45.0)
 _TURNED_AWAY = 1e-12
 
 
-class Field(Protocol):
-    """Inner length along x and inner width along y."""
-
-    @property
-    def length_m(self) -> float:
-        """Along x."""
-        ...
-
-    @property
-    def width_m(self) -> float:
-        """Along y."""
-        ...
-
-
 class Placed(Protocol):
-    """Something that knows where the robot really is."""
+    """Something that knows where the robot really is, and the discs."""
 
     @property
     def pose(self) -> Pose:
         """In the field."""
         ...
 
+    @property
+    def discs(self) -> Sequence[Obstacle]:
+        """Where they are now."""
+        ...
 
-def distance_m(sensor: RangeSensor, pose: Pose, arena: Field | None) -> float:
-    """What the sensor measures: to the nearest wall along its beam, at most its reach; 0 where it is in the wall."""
+
+def distance_m(sensor: RangeSensor, pose: Pose, arena: Arena | None, discs: Sequence[Obstacle] = ()) -> float:
+    """What the sensor measures: to the nearest face along its beam, at most its reach; 0 where it is in something."""
     if arena is None:
         return sensor.reach_m
     c, s = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
@@ -70,13 +62,21 @@ def distance_m(sensor: RangeSensor, pose: Pose, arena: Field | None) -> float:
     ):
         if abs(towards) > _TURNED_AWAY:
             nearest_m = min(nearest_m, (math.copysign(half_m, towards) - at_m) / towards)
+    for obstacle in (*(wall.obstacle for wall in arena.walls), *discs):
+        nearest_m = min(nearest_m, _beam_m(x_m, y_m, math.cos(looks_rad), math.sin(looks_rad), obstacle))
     return max(0.0, nearest_m)
 
 
-def is_pressed(bumper: Bumper, radius_m: float, pose: Pose, arena: Field | None) -> bool:
-    """Whether a wall touches the rim where the bumper is. In a corner two walls do."""
+def is_pressed(
+    bumper: Bumper, radius_m: float, pose: Pose, arena: Arena | None, discs: Sequence[Obstacle] = ()
+) -> bool:
+    """Whether a wall or a disc touches the rim where the bumper is. In a corner two walls do."""
     if arena is None:
         return False
+    for obstacle in (*(wall.obstacle for wall in arena.walls), *discs):
+        gap_m, towards_rad = obstacle.nearest(pose.x_m, pose.y_m)
+        if gap_m - radius_m <= BUMPER_TRAVEL_M and _covers(bumper, pose, towards_rad):
+            return True
     half_x, half_y = arena.length_m / 2.0, arena.width_m / 2.0
     for wall_rad, gap_m in (
         (0.0, half_x - pose.x_m),
@@ -84,8 +84,7 @@ def is_pressed(bumper: Bumper, radius_m: float, pose: Pose, arena: Field | None)
         (math.pi, half_x + pose.x_m),
         (-math.pi / 2.0, half_y + pose.y_m),
     ):
-        touches = gap_m - radius_m <= BUMPER_TRAVEL_M
-        if touches and _off(wall_rad, pose.heading_rad + bumper.bearing_rad) <= bumper.span_rad / 2.0:
+        if gap_m - radius_m <= BUMPER_TRAVEL_M and _covers(bumper, pose, wall_rad):
             return True
     return False
 
@@ -124,7 +123,7 @@ def is_docked(radius_m: float, pose: Pose, dock: Dock | None) -> bool:
 class ArenaSenses(Senses):
     """The senses of one robot in one field. The plant knows where it is; the battery is what it is set to."""
 
-    def __init__(self, robot: Robot, plant: Placed, arena: Field | None) -> None:
+    def __init__(self, robot: Robot, plant: Placed, arena: Arena | None) -> None:
         super().__init__()
         self._fittings = robot.fittings
         self._radius_m = robot.body.radius_m
@@ -139,18 +138,50 @@ class ArenaSenses(Senses):
 
     def ranges_m(self) -> Sequence[float]:
         """One distance for each range sensor."""
-        pose = self._plant.pose
-        return [distance_m(sensor, pose, self._arena) for sensor in self._fittings.range_sensors]
+        pose, discs = self._plant.pose, self._plant.discs
+        return [distance_m(sensor, pose, self._arena, discs) for sensor in self._fittings.range_sensors]
 
     def contacts(self) -> Sequence[bool]:
         """One for each bumper."""
-        pose = self._plant.pose
-        return [is_pressed(bumper, self._radius_m, pose, self._arena) for bumper in self._fittings.bumpers]
+        pose, discs = self._plant.pose, self._plant.discs
+        return [is_pressed(bumper, self._radius_m, pose, self._arena, discs) for bumper in self._fittings.bumpers]
 
     def beacons(self) -> Beacons:
         """One bitmap for each receiver."""
         pose, dock = self._plant.pose, self._fittings.dock
         return Beacons(DOCK_BEACONS, tuple(beacons_seen(each, pose, dock) for each in self._fittings.receivers))
+
+
+def _covers(bumper: Bumper, pose: Pose, towards_rad: float) -> bool:
+    return _off(towards_rad, pose.heading_rad + bumper.bearing_rad) <= bumper.span_rad / 2.0
+
+
+def _beam_m(x_m: float, y_m: float, cos: float, sin: float, obstacle: Obstacle) -> float:
+    """From a point along a direction to where an obstacle begins; 0 within it, infinite where the beam misses it."""
+    if obstacle.nearest(x_m, y_m)[0] <= 0.0:
+        return 0.0
+    x1, y1, x2, y2, radius = obstacle
+    hits = [_to_circle(x1 - x_m, y1 - y_m, cos, sin, radius), _to_circle(x2 - x_m, y2 - y_m, cos, sin, radius)]
+    length = math.hypot(x2 - x1, y2 - y1)
+    if length:
+        ux, uy = (x2 - x1) / length, (y2 - y1) / length
+        across = ux * sin - uy * cos  # of the beam, over the wall's line
+        if abs(across) > _TURNED_AWAY:
+            height = ux * (y_m - y1) - uy * (x_m - x1)
+            far = (math.copysign(radius, height) - height) / across
+            at = ux * (x_m + far * cos - x1) + uy * (y_m + far * sin - y1)
+            if far >= 0.0 and 0.0 <= at <= length:
+                hits.append(far)
+    return min(hits)
+
+
+def _to_circle(dx_m: float, dy_m: float, cos: float, sin: float, radius_m: float) -> float:
+    """Along a beam to a circle whose centre is (dx, dy) away from where it starts, outside."""
+    ahead = dx_m * cos + dy_m * sin
+    beside = dx_m * sin - dy_m * cos
+    if ahead < 0.0 or abs(beside) > radius_m:
+        return math.inf
+    return ahead - math.sqrt(radius_m * radius_m - beside * beside)
 
 
 def _off(a_rad: float, b_rad: float) -> float:

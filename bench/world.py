@@ -17,6 +17,7 @@ from bench.config import Robot
 from bench.instruments import instruments_of
 from bench.messages import CanFrame, TickInput
 from bench.motors import emulated_escs
+from bench.noise import SILENT, Noise, NoisyFeedback
 from bench.plant import Plant
 from bench.slamware.core_side import SlamwareCore
 
@@ -32,24 +33,27 @@ class Motors(Protocol):
 class SimulatedMotors:
     """Emulated ESCs that turn the wheels of the plant; dead wheels and gyro, where the robot has some, beside them."""
 
-    def __init__(self, robot: Robot, plant: Plant | None = None) -> None:
+    def __init__(self, robot: Robot, plant: Plant | None = None, noise: Noise = SILENT) -> None:
         self.plant = plant or Plant(robot)
         self.escs = emulated_escs(robot)
         self.instruments = instruments_of(robot, self.plant)
+        self.noise = NoisyFeedback(noise) if noise.is_on else None
 
     def step(self, tick: int, commands: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
         """Commands -> currents -> motion -> feedback."""
         plant = self.plant
         plant.step(self.escs.receive(tick, commands))
         feedback = self.escs.feedback(plant.wheel_angles_rad, plant.wheel_speeds_radps, plant.currents_a)
+        if self.noise is not None:
+            feedback = self.noise.step(tick, feedback)
         return feedback if self.instruments is None else feedback + self.instruments.step()
 
 
 class RecordedMotors:
     """Feedback frames of a recording in place of ESCs and plant; the plant only shadows the commands."""
 
-    def __init__(self, robot: Robot, feedback: Mapping[int, tuple[CanFrame, ...]]) -> None:
-        self.plant = Plant(robot)
+    def __init__(self, robot: Robot, feedback: Mapping[int, tuple[CanFrame, ...]], plant: Plant | None = None) -> None:
+        self.plant = plant or Plant(robot)
         self.escs = emulated_escs(robot)
         self.instruments = instruments_of(robot, self.plant)
         self._feedback = feedback

@@ -102,7 +102,6 @@ SCENE = Scene(
     wires=WIRES,
     trail=[(x / 20, -x / 50) for x in range(26)],
     pace=Pace(rate=1.0, speed=1.0, late_ticks=52, slipped_ticks=0),
-    field_m=(6.0, 4.0),
     hands=Hands(50, True, False),
 )
 

@@ -42,7 +42,7 @@ BUILDS_ON = {
         "bench.slamware.payloads",
     },
     "fittings.py": {"bench.config"},
-    "sensors.py": FOUNDATION | {"bench.fittings", "bench.slamware"},
+    "sensors.py": FOUNDATION | {"bench.arena", "bench.fittings", "bench.slamware"},
     "loads.py": FOUNDATION | {"bench.kinematics"},
     "kinematics.py": FOUNDATION,
     "m2006.py": FOUNDATION | {"bench.canbus"},
@@ -56,7 +56,10 @@ BUILDS_ON = {
     "odometry.py": FOUNDATION | {"bench.kinematics", "bench.as_printed.choices"},
     "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
     "rc_decode.py": FOUNDATION | {"bench.rc"},
-    "plant.py": FOUNDATION | {"bench.kinematics", "bench.contact", "bench.loads", "bench.walls"},
+    "walls.py": {"bench.kinematics"},
+    "arena.py": FOUNDATION,
+    "noise.py": FOUNDATION,
+    "plant.py": FOUNDATION | {"bench.arena", "bench.kinematics", "bench.contact", "bench.loads", "bench.walls"},
 }
 
 

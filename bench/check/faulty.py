@@ -181,6 +181,7 @@ class _FaultyMotors(SimulatedMotors):
 
     def __init__(self, robot: Robot, motors: SimulatedMotors, injector: Injector) -> None:
         self.plant, self.escs, self.instruments = motors.plant, motors.escs, motors.instruments
+        self.noise = motors.noise
         self._injector = injector
         self._ids = [family(robot).feedback[wheel.can_id - 1].can_id for wheel in robot.wheels]
         self._grip, self._full_grip = 1.0, robot.ground.grip
@@ -202,6 +203,8 @@ class _FaultyMotors(SimulatedMotors):
         self._touch_the_plant(tick)
         plant.step(currents)
         feedback = self.escs.feedback(plant.wheel_angles_rad, plant.wheel_speeds_radps, plant.currents_a)
+        if self.noise is not None:
+            feedback = self.noise.step(tick, feedback)
         if silent:
             feedback = tuple(frame for frame in feedback if frame[0] not in silent)
         return feedback if self.instruments is None else feedback + self.instruments.step()

@@ -13,6 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from bench.arena import FIELD, Arena, load_arena
 from bench.canbus import c610
 from bench.canbus.table import Family
 from bench.check import recording
@@ -34,6 +35,7 @@ from bench.check.recording import LOGS, RUN_TOML, RecordingError, RunInfo
 from bench.config import ConfigError, load_robot
 from bench.messages import TICK_US, CanFrame, TickOutput
 from bench.motors import family
+from bench.noise import Noise
 
 
 class Recording:
@@ -85,6 +87,18 @@ class Recording:
         """The scenario that was run, where it had faults or expectations."""
         path = self.directory / recording.SCENARIO_TOML
         return path if path.exists() else None
+
+    @property
+    def arena(self) -> Arena:
+        """Where the robot drove. Raises ConfigError where the file cannot be right."""
+        path = self.directory / recording.ARENA_TOML
+        return load_arena(path) if path.exists() else FIELD
+
+    @property
+    def noise(self) -> Noise:
+        """What was done to the motors' feedback."""
+        info = self.info
+        return Noise(info.noise_angle_counts or 0, info.noise_late_ticks or 0, info.noise_loss_ppm or 0, info.seed)
 
     @cached_property
     def family(self) -> Family:
@@ -244,7 +258,7 @@ def _read_run_toml(path: Path) -> tuple[RunInfo, int | None, list[str]]:
             "the recording is of another version of wheelbench"
         )
     for item in fields(RunInfo):
-        kind, given = (int if item.type == "int" else str), values.get(item.name)
+        kind, given = (int if str(item.type).startswith("int") else str), values.get(item.name)
         if type(given) is not kind and not (given is None and item.default is None):
             raise RecordingError(
                 f"{path}: {item.name}: expected {'a whole number' if kind is int else 'text'}, got {given!r}"

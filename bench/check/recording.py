@@ -8,6 +8,7 @@
     robot.toml, profile.toml                                 the files that were used, byte for byte
     scenario.toml, faults.log                                where a scenario has faults or expectations: the file, and
                                                              (5.000000) "name" rc AA 08 -> -    each touch of a fault
+    arena.toml                                               the arena, where it is not the plain field
 
 Tick n is time n ms. A recording starts at tick 0 and holds every tick: it is all that a replay needs. Nothing in it
 depends on the machine, the Python version or the date. What has been written survives the death of the process.
@@ -39,10 +40,10 @@ from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
 
 SCHEMA = 1
 RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "profile.toml", "golden.toml"
-SCENARIO_TOML, FAULTS_LOG = "scenario.toml", "faults.log"
+SCENARIO_TOML, FAULTS_LOG, ARENA_TOML = "scenario.toml", "faults.log", "arena.toml"
 # can.log is written last: a tick that has begun there stands in the other files, wherever a run was cut off.
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
-FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG)
+FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG, ARENA_TOML)
 
 # Formatting and writing this many ticks takes about 0.4 ms: less than the tick that a real port has to keep.
 BLOCK_TICKS = 100
@@ -67,6 +68,10 @@ class RunInfo:
     """The form in the controller's place, where it is not the speed loop; the same for odometry."""
     odometry: str | None = None
     seed: int = 0
+    noise_angle_counts: int | None = None
+    """How bad the motors' feedback was made; None: it was not."""
+    noise_late_ticks: int | None = None
+    noise_loss_ppm: int | None = None
     tick_us: int = TICK_US
     state_period_ticks: int = STATE_PERIOD_TICKS
     wheelbench: str = __version__
@@ -76,10 +81,10 @@ class RunInfo:
 class Recorder:
     """Writes one recording. A context manager; `close` ends the run.
 
-    `robot_file`, `profile_file` and `scenario_file` are copied in. The directory is made; one that already holds
-    something is refused unless `overwrite`, which removes the files of a recording and nothing else, and never a
-    golden. Raises RecordingError where the place cannot be written, at once or later from `add`; what is on disk then
-    stays.
+    `robot_file`, `profile_file` and `scenario_file` are copied in, `arena` is the text of arena.toml. The directory is
+    made; one that already holds something is refused unless `overwrite`, which removes the files of a recording and
+    nothing else, and never a golden. Raises RecordingError where the place cannot be written, at once or later from
+    `add`; what is on disk then stays.
     """
 
     def __init__(
@@ -91,6 +96,7 @@ class Recorder:
         profile_file: Path | None = None,
         scenario_file: Path | None = None,
         *,
+        arena: str = "",
         overwrite: bool = False,
     ) -> None:
         if not state_columns or state_columns[0] != "t_s":
@@ -107,6 +113,8 @@ class Recorder:
             copies[PROFILE_TOML] = read_bytes(profile_file)
         if scenario_file is not None:
             copies |= {SCENARIO_TOML: read_bytes(scenario_file), FAULTS_LOG: b""}
+        if arena:
+            copies[ARENA_TOML] = arena.encode()
         _make_room(self.directory, overwrite)
         try:
             for name in LOGS:

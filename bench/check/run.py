@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from bench.arena import FIELD, Arena, arena_toml, load_arena
 from bench.check.expectations import Judge
 from bench.check.faults import KINDS
 from bench.check.faulty import FaultyWorld, Injector
@@ -24,10 +25,12 @@ from bench.check.recording import BLOCK_TICKS, RUN_TOML, Recorder, RunInfo
 from bench.check.scenario import Scenario, load_scenario
 from bench.config import EXACT, SPEED_LOOP, ConfigError, Robot, load_profile, load_robot, profile_names, with_choices
 from bench.errors import UsageError
-from bench.loop import NOTHING, Bench, replayed, simulated
+from bench.loop import NOTHING, Bench, replayed, simulated, simulated_motors
 from bench.messages import TickInput, TickOutput
+from bench.noise import SILENT, Noise
+from bench.plant import Plant
 from bench.rc.capture import Capture, by_tick, load_capture
-from bench.world import RecordedMotors
+from bench.world import RecordedMotors, SimulatedMotors
 
 TAIL_TICKS = 1000
 """A capture is run on for a second after its last byte: what a robot does when the stream ends is worth seeing."""
@@ -57,8 +60,17 @@ class Run:
             raise ValueError("a run is recorded with its robot's file; this robot came from none")
         profile_file = robot.rc.file if robot.rc else None
         columns = self.bench.state_columns
+        arena = self.bench.world.plant.arena
+        text = arena_toml(arena) if arena is not None and arena != FIELD else ""
         return Recorder(
-            directory, self.info, columns, robot.file, profile_file, self.scenario_file, overwrite=overwrite
+            directory,
+            self.info,
+            columns,
+            robot.file,
+            profile_file,
+            self.scenario_file,
+            arena=text,
+            overwrite=overwrite,
         )
 
     def __iter__(self) -> Iterator[TickOutput]:
@@ -108,6 +120,7 @@ def from_source(
     recorded_can: bool = False,
     controller: str | None = None,
     odometry: str | None = None,
+    arena: str | Path | None = None,
 ) -> Run:
     """A run from whatever the path holds. Raises BenchError with what, where and what to try."""
     path = Path(source)
@@ -116,13 +129,15 @@ def from_source(
             raise UsageError(f"{path}: a recording brings its own robot, profile and times; leave those options out")
         if controller is not None or odometry is not None:
             raise UsageError(f"{path}: a recording brings its own controller and odometry; leave those options out")
+        if arena is not None:
+            raise UsageError(f"{path}: a recording brings its own arena; leave --arena out")
         return from_recording(path, recorded_can=recorded_can)
     if recorded_can:
         raise UsageError(f"{path}: only a recording has CAN feedback to replay")
     if path.suffix == ".toml":
         if protocol is not None or period_ms is not None:
             raise UsageError(f"{path}: a scenario file says itself what its stream is; leave those options out")
-        return from_scenario(path, robot=robot, profile=profile, controller=controller, odometry=odometry)
+        return from_scenario(path, robot=robot, profile=profile, controller=controller, odometry=odometry, arena=arena)
     return from_capture(
         path,
         robot=robot,
@@ -131,6 +146,7 @@ def from_source(
         period_ms=period_ms,
         controller=controller,
         odometry=odometry,
+        arena=arena,
     )
 
 
@@ -141,8 +157,9 @@ def from_scenario(
     profile: str | Path | None = None,
     controller: str | None = None,
     odometry: str | None = None,
+    arena: str | Path | None = None,
 ) -> Run:
-    """The run that a scenario file describes, on its robot or on another, with its forms or with others."""
+    """The run that a scenario file describes: with its robot, forms and arena, or with others."""
     scenario = load_scenario(path)
     built = load_robot(robot or _beside(path, scenario.robot), profile or scenario.profile)
     try:
@@ -155,13 +172,13 @@ def from_scenario(
         capture = load_capture(scenario.rc)
         _refuse_another_protocol(path, capture.protocol, built)
         rc = _rc_by_tick(capture, built, scenario.period_ms)
-    bench = simulated(built)
+    bench = bench_in(built, load_arena(arena) if arena is not None else scenario.arena, scenario.noise)
     return Run(
         title=scenario.name,
         bench=bench,
         ticks=scenario.ticks,
         inputs=_scenario_inputs(scenario, rc),
-        info=info_of(built, scenario=scenario.name, seed=scenario.seed),
+        info=info_of(built, scenario=scenario.name, seed=scenario.seed, noise=scenario.noise),
         judge=_judge(scenario, bench),
         injector=_injector(scenario, bench),
         scenario_file=path if scenario.faults or scenario.expectations else None,
@@ -177,6 +194,7 @@ def from_capture(
     period_ms: int | None = None,
     controller: str | None = None,
     odometry: str | None = None,
+    arena: str | Path | None = None,
 ) -> Run:
     """A capture driven through a robot (the default one unless given)."""
     capture = load_capture(path)
@@ -190,7 +208,7 @@ def from_capture(
         raise UsageError(f"{path}: holds no bytes to replay")
     return Run(
         title=path.stem,
-        bench=simulated(built),
+        bench=bench_in(built, load_arena(arena) if arena is not None else FIELD),
         ticks=max(rc) + 1 + TAIL_TICKS,
         inputs=lambda tick: TickInput(rc[tick]) if tick in rc else NOTHING,
         info=info_of(built),
@@ -203,7 +221,13 @@ def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
     built = load_robot(recording.robot_file, recording.profile_file)
     built = with_choices(built, recording.info.controller, recording.info.odometry)
     rc, core = recording.rc, recording.core_to_base
-    bench = replayed(built, RecordedMotors(built, recording.feedback) if recorded_can else None)
+    arena = recording.arena
+    motors: SimulatedMotors | RecordedMotors = (
+        RecordedMotors(built, recording.feedback, Plant(built, arena, arena.start))
+        if recorded_can
+        else simulated_motors(built, arena, recording.noise)
+    )
+    bench = replayed(built, motors)
     scenario = load_scenario(recording.scenario_file, alone=True) if recording.scenario_file else None
     # What reached the base over RC and from the core is in the recording as it came, faults included.
     again = ("answer", "command") if recorded_can else ("answer", "command", "feedback", "esc", "plant")
@@ -230,6 +254,14 @@ def _refuse_another_protocol(path: Path, protocol: str | None, robot: Robot) -> 
     raise UsageError(
         f"{path}: is {protocol}, but the profile {profile.name} speaks {profile.protocol}; give --profile{known}"
     )
+
+
+def bench_in(robot: Robot, arena: Arena, noise: Noise = SILENT) -> Bench:
+    """The simulated bench in an arena. Raises UsageError where the robot cannot begin there."""
+    why = arena.in_the_way(robot.body.radius_m, arena.start)
+    if why:
+        raise UsageError(f"arena {arena.name!r}: {why}; give it another [start]")
+    return simulated(robot, arena, noise)
 
 
 def _judge(scenario: Scenario, bench: Bench) -> Judge | None:
@@ -265,7 +297,7 @@ def _rc_by_tick(capture: Capture, robot: Robot, period_ms: int | None) -> dict[i
     return by_tick(capture, profile.protocol, period_ms or profile.period_ms)
 
 
-def info_of(robot: Robot, scenario: str | None = None, seed: int = 0) -> RunInfo:
+def info_of(robot: Robot, scenario: str | None = None, seed: int = 0, noise: Noise = SILENT) -> RunInfo:
     """What run.toml says of a run of this robot."""
     return RunInfo(
         robot=robot.name,
@@ -274,6 +306,9 @@ def info_of(robot: Robot, scenario: str | None = None, seed: int = 0) -> RunInfo
         controller=robot.control.kind if robot.control.kind != SPEED_LOOP else None,
         odometry=robot.odometry if robot.odometry != EXACT else None,
         seed=seed,
+        noise_angle_counts=noise.angle_counts or None,
+        noise_late_ticks=noise.late_ticks or None,
+        noise_loss_ppm=noise.loss_ppm or None,
     )
 
 

@@ -10,6 +10,11 @@ seconds = 24.0
 at_s = 14.0
 vx_mps = 0.25
 
+arena = "course.toml"       # beside this file; or a table [arena]: see `bench.arena`
+
+[noise]                     # on the feedback of the motors; see `bench.noise`
+loss = 0.01
+
 [[fault]]                   # see `faults`
 wire = "rc"
 kind = "drop"
@@ -28,10 +33,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from bench.arena import FIELD, Arena, load_arena, read_arena
 from bench.check.expectations import Expectation, read_expectation
 from bench.check.faults import Fault, read_fault
 from bench.config import ConfigError, Table, read_toml
 from bench.messages import BodyTwist
+from bench.noise import SILENT, Noise, read_noise
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +59,8 @@ class Scenario:
     controller: str | None = None
     odometry: str | None = None
     faults: tuple[Fault, ...] = ()
+    arena: Arena = FIELD
+    noise: Noise = SILENT
 
 
 def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
@@ -73,9 +82,11 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
             entry.refuse_rest()
     if any(later[0] <= earlier[0] for earlier, later in pairwise(core)):
         raise data.fail("core", "the times at_s must rise from entry to entry")
+    name = data.get("name", str)
+    seed = data.get("seed", int, 0)
     scenario = Scenario(
         path=path,
-        name=data.get("name", str),
+        name=name,
         robot=data.get("robot", str, "m2006"),
         rc=path.parent / rc if rc is not None else None,
         ticks=round(seconds * 1000),
@@ -83,7 +94,9 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
         profile=data.get("profile", str, None),
         period_ms=data.get("period_ms", int, None),
         about=data.get("about", str, ""),
-        seed=data.get("seed", int, 0),
+        seed=seed,
+        arena=_read_arena(data, path, name, alone),
+        noise=read_noise(data.table("noise", optional=True), seed),
         expectations=tuple(map(read_expectation, data.tables("expect", optional=True))),
         controller=data.get("controller", str, None),
         odometry=data.get("odometry", str, None),
@@ -98,3 +111,12 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
     if scenario.rc is not None and not alone and not scenario.rc.is_file():
         raise ConfigError(f"{path}: rc: there is no capture {scenario.rc}")
     return scenario
+
+
+def _read_arena(data: Table, path: Path, name: str, alone: bool) -> Arena:
+    if not data.has("arena"):
+        return FIELD
+    if isinstance(data.values["arena"], dict):
+        return read_arena(data.table("arena"), name)
+    beside = path.parent / data.get("arena", str)
+    return FIELD if alone else load_arena(beside)  # a recording has its arena in a file of its own

@@ -13,6 +13,7 @@ from bench.cli.terminal import has_terminal
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument("--headless", action="store_true", help="no dashboard, even in a terminal")
+    parser.add_argument("--arena", metavar="FILE", help="drive it somewhere else; the golden will say where it differs")
     parser.add_argument("--record", metavar="DIR", type=Path, help="keep the recording")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
     parser.add_argument("--update-pinned", action="store_true", help="make this run the golden (refused in CI)")
@@ -28,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
         from bench.demo import SCENARIO, golden_directory
         from bench.tui import show
 
-        job = from_scenario(SCENARIO)
+        job = from_scenario(SCENARIO, arena=args.arena)
         recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
         return show(job, recorder, Recording.open(golden_directory()))
     return _headless(args)
@@ -42,7 +43,7 @@ def _headless(args: argparse.Namespace) -> int:
     from bench.demo import SCENARIO, golden_directory
     from bench.errors import EXIT_FAILED, EXIT_OK
 
-    job = from_scenario(SCENARIO)
+    job = from_scenario(SCENARIO, arena=args.arena)
     with tempfile.TemporaryDirectory(prefix="wheelbench-") as scratch:
         directory = args.record or Path(scratch) / "demo"
         summary, speed = execute(job, job.recorder(directory, overwrite=args.overwrite), quiet=args.json)

@@ -13,6 +13,7 @@ HELP = "the dashboard: drive the simulated robot by keyboard, or watch a recordi
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument("--robot", metavar="R", help="a name that `wheelbench robots` lists, or a .toml file (m2006)")
+    parser.add_argument("--arena", metavar="FILE", help="where it drives: an arena file (docs/plant.md)")
     parser.add_argument("--profile", metavar="P", help="the transmitter that the keys play: a name or a .toml file")
     add_choices(parser)
     parser.add_argument("--record", metavar="DIR", type=Path, help="record the run")
@@ -35,6 +36,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--can recorded: goes with --replay DIR; while driving, feedback comes from the plant")
     if args.replay is not None and (args.robot is not None or args.profile is not None):
         raise UsageError("--replay: a recording brings its own robot and profile; leave --robot and --profile out")
+    if args.replay is not None and args.arena is not None:
+        raise UsageError("--replay: a recording brings its own arena; leave --arena out")
     if args.replay is not None and (args.controller is not None or args.odometry is not None):
         raise UsageError("--replay: a recording brings its own controller and odometry; leave those options out")
     if not has_terminal():
@@ -50,16 +53,17 @@ def run(args: argparse.Namespace) -> int:
 
         return show(job, recorder)
 
-    from bench.check.run import info_of
+    from bench.arena import FIELD, load_arena
+    from bench.check.run import bench_in, info_of
     from bench.config import load_robot, with_choices
-    from bench.loop import simulated
     from bench.screen.keyboard import Keyboard
 
     robot = with_choices(load_robot(args.robot or "m2006", args.profile), args.controller, args.odometry)
+    arena = load_arena(args.arena) if args.arena is not None else FIELD
     keyboard = Keyboard(robot.rc)
     info = info_of(robot)
     title = ", ".join(filter(None, (robot.name, info.controller, info.odometry)))
-    job = Run(title=title, bench=simulated(robot), ticks=0, inputs=keyboard.inputs, info=info)
+    job = Run(title=title, bench=bench_in(robot, arena), ticks=0, inputs=keyboard.inputs, info=info)
     recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
     from bench.tui import drive
 

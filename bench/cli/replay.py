@@ -15,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "source", metavar="SOURCE", help="a scenario (.toml), an RC capture (raw bytes) or a recording (a directory)"
     )
     parser.add_argument("--robot", metavar="R", help="a name that `wheelbench robots` lists, or a .toml file")
+    parser.add_argument("--arena", metavar="FILE", help="where it drives: an arena file (docs/plant.md)")
     parser.add_argument("--profile", metavar="P", help="the transmitter's profile: a name or a .toml file")
     parser.add_argument("--protocol", metavar="NAME", help="what an RC capture speaks, where nothing beside it says so")
     parser.add_argument("--period-ms", type=int, metavar="N", help="time between frames of a capture without times")
@@ -56,6 +57,7 @@ def run(args: argparse.Namespace) -> int:
         recorded_can=args.can == "recorded",
         controller=args.controller,
         odometry=args.odometry,
+        arena=args.arena,
     )
     # A recording is its own golden: run again from its inputs, it must come out the same.
     golden = args.golden or (job.source.directory if job.source else None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from bench.arena import Obstacle, Patch
 from bench.screen.canvas import Canvas
 from bench.screen.scene import Scene
 from bench.screen.text import GHOST, GRID, LABEL, PLAIN, ROBOT, TRAIL, Line, fit
@@ -12,6 +13,7 @@ ZOOM_WIDTH_M = 1.0
 GRID_M, ZOOM_GRID_M = 1.0, 0.2
 TRUE_SIZE_FROM_DOTS = 3.0
 """A robot with a radius of fewer dots is drawn as an arrow: a ring that small shows no heading."""
+PATCH_DOTS = 3.0
 NOSE_DOTS, NOSE_RADII = 6.0, 1.5
 ARROWS = "→↗↑↖←↙↓↘"
 
@@ -19,7 +21,7 @@ ARROWS = "→↗↑↖←↙↓↘"
 def arena(scene: Scene, width: int, height: int) -> list[Line]:
     """The field in a frame. Whole, the frame is the wall; zoomed, the robot stays in the middle and walls are drawn."""
     columns, rows = width - 2, height - 2
-    length_m, width_m = scene.field_m
+    length_m, width_m = scene.arena.length_m, scene.arena.width_m
     canvas = Canvas(columns, rows)
     if scene.zoom:
         scale = canvas.width / ZOOM_WIDTH_M
@@ -54,7 +56,7 @@ class _View:
 
 def _draw(view: _View, scene: Scene, grid_m: float) -> None:
     canvas, snapshot = view.canvas, scene.snapshot
-    half_length, half_width = scene.field_m[0] / 2, scene.field_m[1] / 2
+    half_length, half_width = scene.arena.length_m / 2, scene.arena.width_m / 2
     # Not on the walls: there the frame is, or a line.
     columns, rows = math.ceil(half_length / grid_m), math.ceil(half_width / grid_m)
     for i in range(1 - columns, columns):
@@ -62,6 +64,10 @@ def _draw(view: _View, scene: Scene, grid_m: float) -> None:
             canvas.dot(*view.at(i * grid_m, k * grid_m), GRID)
     if scene.zoom:
         _walls(view, half_length, half_width)
+    for patch in scene.arena.patches:
+        _patch(view, patch)
+    for obstacle in (*(wall.obstacle for wall in scene.arena.walls), *scene.discs):
+        _obstacle(view, obstacle)
     for x_m, y_m in scene.trail:
         canvas.dot(*view.at(x_m, y_m), TRAIL)
     canvas.sign(*view.at(snapshot.odometry.x_m, snapshot.odometry.y_m), "+", GHOST)
@@ -81,6 +87,38 @@ def _walls(view: _View, half_length: float, half_width: float) -> None:
         canvas.line(u0, v, u1, v, LABEL)
     for u in (left, right):
         canvas.line(u, v0, u, v1, LABEL)
+
+
+def _patch(view: _View, patch: Patch) -> None:
+    """Dotted, as thick as the eye can tell from the grid."""
+    half_length = patch.radius_m or patch.length_m / 2
+    half_width = patch.radius_m or patch.width_m / 2
+    step_m = max(PATCH_DOTS / view.scale, half_length / 50, half_width / 50)
+    for i in range(int(-half_length / step_m), int(half_length / step_m) + 1):
+        for k in range(int(-half_width / step_m), int(half_width / step_m) + 1):
+            x_m, y_m = patch.x_m + i * step_m, patch.y_m + k * step_m
+            if patch.carries(x_m, y_m):
+                view.canvas.dot(*view.at(x_m, y_m), GRID)
+
+
+def _obstacle(view: _View, obstacle: Obstacle) -> None:
+    """The outline of a wall or a disc, dot by dot."""
+    x1, y1, x2, y2, radius = obstacle
+    length = math.hypot(x2 - x1, y2 - y1)
+    angle = math.atan2(y2 - y1, x2 - x1)
+    canvas = view.canvas
+    for k in range(int(length * view.scale) + 1 if length else 0):
+        share = k / (length * view.scale)
+        if share <= 1.0:
+            x, y = x1 + share * (x2 - x1), y1 + share * (y2 - y1)
+            for side in (-radius, radius):
+                canvas.dot(*view.at(x - side * math.sin(angle), y + side * math.cos(angle)), LABEL)
+    points = max(6, int(radius * view.scale * 3))
+    for k in range(points + 1):
+        turn = angle - math.pi / 2 + math.pi * k / points
+        c, s = radius * math.cos(turn), radius * math.sin(turn)
+        canvas.dot(*view.at(x2 + c, y2 + s), LABEL)
+        canvas.dot(*view.at(x1 - c, y1 - s), LABEL)
 
 
 def _robot(view: _View, scene: Scene) -> None:

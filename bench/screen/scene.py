@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from bench.arena import FIELD, Arena, Obstacle
 from bench.config import Robot
 from bench.io.link import Wires
 from bench.messages import Snapshot
@@ -51,8 +52,9 @@ class Scene:
     wires: Wires
     trail: Sequence[tuple[float, float]]
     pace: Pace
-    field_m: tuple[float, float]
-    """Length along x and width along y of the walled field, centred on the origin."""
+    arena: Arena = FIELD
+    discs: Sequence[Obstacle] = ()
+    """Where the arena's discs are now."""
     hands: Hands | None = None
     replay: Replay | None = None
     recording: str = ""

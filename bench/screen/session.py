@@ -6,10 +6,10 @@ recording is closed. Leaving a drive stops the robot first: its recording ends w
 
 from __future__ import annotations
 
+from bench.arena import FIELD
 from bench.check.run import Run
 from bench.check.summary import Summary
 from bench.io.link import InlineLink
-from bench.plant import Arena
 from bench.screen.keyboard import MOTION, Keyboard
 from bench.screen.lamp import GoldenLamp
 from bench.screen.scene import Hands, Pace, Replay, Scene
@@ -46,8 +46,6 @@ class Session:
         self._lamp = lamp
         self._summary = summary
         self._recording = recording
-        arena = Arena()
-        self._field_m = (arena.length_m, arena.width_m)
         self._help = False
         self._zoom = False
         self._notice = ""
@@ -112,6 +110,7 @@ class Session:
     def scene(self) -> Scene:
         """What is to be shown now."""
         link, pacer, keyboard = self.link, self.link.pacer, self.keyboard
+        plant = link.bench.world.plant
         hands = replay = None
         if keyboard is not None:
             on = keyboard.transmitter.on if keyboard.transmitter is not None else None
@@ -125,7 +124,8 @@ class Session:
             wires=link.wires,
             trail=link.trail,
             pace=Pace(pacer.rate, pacer.speed, pacer.late_ticks, pacer.slipped_ticks, link.paused),
-            field_m=self._field_m,
+            arena=plant.arena or FIELD,
+            discs=plant.discs,
             hands=hands,
             replay=replay,
             recording=self._recording,

@@ -36,12 +36,11 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
     """Which panels this scene needs, and where they stand."""
     replay = scene.replay
     page = layout.HELP if scene.help else layout.ENDED if replay is not None and replay.summary else layout.LIVE
-    length_m, width_m = scene.field_m
     return layout.arrange(
         width,
         height,
         wheels=len(scene.robot.wheels),
-        aspect=length_m / width_m,
+        aspect=scene.arena.length_m / scene.arena.width_m,
         replay=replay is not None,
         page=page,
     )
