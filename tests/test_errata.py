@@ -93,6 +93,8 @@ REFERENCE = {
     (21, "a tenth of"): ((0.4, 0.1, 0.2), (0.4, 0.1, 0.2), 1e-3),
     (22, "0.3 m/s right"): ((0, -0.51), (0.51, 0), 0.01),  # 0.3 m/s for 2 s, less the ramp of 0.6 m/s2
     (23, "0.3 m/s right"): ((0,), (math.degrees(2.636 * 0.51),), 2.5),
+    # The rim pushes with what turning the base and its rotors leaves of the torque: less than the rolling resistance.
+    (25, "0.6 A"): ((0,), (0,), 1e-9),
     # Forward wants cos 15 deg of the wheel speed that 1.0 m/s is, so 0.58 A for each m/s; from 0.3 A, 1.118 m/s an A.
     (26, "0.3 m/s forward"): ((0.3,), (0.1832 - (0.3 - 0.6 * 0.3 * 0.96593) * 1.118,), 2e-3),
     (26, "0.5 m/s"): ((0.5,), (0.1832 - (0.3 - 0.6 * 0.5 * 0.96593) * 1.118,), 2e-3),

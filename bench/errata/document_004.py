@@ -106,13 +106,16 @@ def _row_25() -> Evidence:
     push = BASE.wrench((-0.1, -0.1, -0.1))  # counter-clockwise, as section 3.5 of the kinematics reference counts
     even = EVEN.wrench((-0.1, -0.1, -0.1))
     robot = load_robot("m2006")
-    straight, aside = (pushed(base, (2.0, 2.0, 2.0), 300).vy_mps for base in (_evenly(robot), robot))
+    bases = (_evenly(robot), robot)
+    straight, aside = (pushed(base, (2.0, 2.0, 2.0), 300).vy_mps for base in bases)
+    weak = [pushed(base, (MAX_CURRENT_A,) * 3, 300).vy_mps for base in bases]
     return Evidence(
         (
             Figure("between neighbours", (120.0, 120.0, 120.0), gaps, "deg"),
             Figure("condition of the matrix", (_condition(EVEN),), (_condition(BASE),)),
             Figure("0.1 N m on every wheel: forward, left, yaw", even, push, "N, N m"),
             Figure("2 A in every motor for 0.3 s: left", (straight,), (aside,), "m/s", PLANT),
+            Figure("0.6 A in every motor for 0.3 s: left", (weak[0],), (weak[1],), "m/s", PLANT),
         ),
         f"Equal torques turn a 120 degree base on the spot; this one they push sideways by {abs(push[1]):.2f} N too. "
         "At 0.6 A the inertia of the rotors and the rolling resistance take all of it.",
