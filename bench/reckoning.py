@@ -72,7 +72,8 @@ class Reckoning:
         self.odometry = odometry_of(robot, self._kinematics)
         self.gyro = GyroBus(robot.gyro) if robot.gyro is not None else None
         self._timeout_ticks = robot.link.feedback_timeout_ms
-        self._encoder_gap_ticks = min((longest_gap_ticks(wheel) for wheel in dead), default=0)
+        # Not beyond the timeout either: what the driven wheels stood in for must not be counted again.
+        self._encoder_gap_ticks = min((self._timeout_ticks, *map(longest_gap_ticks, dead)))
         # What the driven wheels turned since dead wheels were last followed, and any wheels since the gyro was.
         self._unfollowed_rad = [0.0] * len(robot.wheels)
         self._unfollowed_turn_rad = 0.0
@@ -96,7 +97,9 @@ class Reckoning:
             if dead_rad:
                 self.dead_turned_rad = _sums(self.dead_turned_rad, dead_rad)
         followed_rad = self._choose(tick, driven_rad, dead_rad) if self._follows_dead_wheels else driven_rad
-        if driven_rad and dead_rad and tick - self._slip_mark[0] >= SLIP_WINDOW_TICKS:
+        if driven_rad == [] or dead_rad == []:  # motion was lost, and that is no slip
+            self._slip_mark = (tick, self.turned_rad, self.dead_turned_rad)
+        elif self._follows_dead_wheels and driven_rad and dead_rad and tick - self._slip_mark[0] >= SLIP_WINDOW_TICKS:
             self._measure_slip(tick)
 
         if self.gyro is not None:
@@ -110,8 +113,6 @@ class Reckoning:
     def _measure_slip(self, tick: int) -> None:
         since, driven_rad, dead_rad = self._slip_mark
         self._slip_mark = (tick, self.turned_rad, self.dead_turned_rad)
-        if not self._follows_dead_wheels:
-            return
         moved = self._kinematics.fit([now - then for now, then in zip(self.dead_turned_rad, dead_rad, strict=True)])
         expected_rad = self._driven_kinematics.wheel_speeds(moved)
         total = 0.0

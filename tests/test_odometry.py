@@ -284,11 +284,12 @@ def test_a_silent_encoder_board_is_waited_for_then_done_without():
     assert angle_rad < 4e-3
 
 
-@pytest.mark.parametrize("gap", [1, 5, 19])
-def test_short_gaps_of_dead_wheels_lose_no_motion(gap):
-    robot = with_instruments(slippery())
-    rig = rig_with_gaps(robot, lambda tick, can_id: can_id in (0x204, 0x205, 0x206) and tick % 40 < gap)
-    rig.run(800, Sticks(forward=1.0, turn=0.3))
+@pytest.mark.parametrize("gap", [1, 19, 20, 25, 60])
+def test_no_gap_of_dead_wheels_loses_motion_or_counts_it_twice(gap):
+    # Up to 20 ms they are waited for; then the driven wheels stand in, which are as right where nothing slips.
+    robot = with_instruments(slippery() if gap < 20 else m2006(ground_grip=1e6))
+    rig = rig_with_gaps(robot, lambda tick, can_id: can_id == 0x205 and tick % 80 < gap)
+    rig.run(800 - rig.bench.now_tick % 80, Sticks(forward=1.0, turn=0.3))
     assert rig.bench.base.reckoning.source == DEAD_WHEELS
     rig.run(600)
     assert off(rig.truth, rig.believed)[0] < 2e-3
@@ -462,6 +463,14 @@ def test_dead_wheels_show_the_slip_of_three_driven_ones():
     assert seen > 10.0
     assert rig.bench.base.slip_radps < 0.1, "it stands"
     assert any(flag for *_, flag in slip_rows(rig))
+
+
+def test_lost_frames_are_no_slip():
+    lost = {0x201: range(650, 660), 0x204: range(700, 705), 0x206: range(750, 780)}
+    robot = with_instruments(m2006(ground_grip=1e6))
+    rig = rig_with_gaps(robot, lambda tick, can_id: tick in lost.get(can_id, ()))
+    rig.run(700, Sticks(forward=1.0, turn=0.3))
+    assert max(slip for _, slip, _ in slip_rows(rig)) < 0.2
 
 
 def test_three_wheels_cannot_see_their_slip():
