@@ -10,6 +10,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from rig import Rig
 from robot_files import EXAMPLE, PAGE, eight_wheels
 
@@ -22,11 +24,12 @@ from bench.config import (
     Limits,
     LinkLimits,
     Motor,
+    Wheel,
     load_robot,
     robot_names,
     robot_path,
 )
-from bench.kinematics import Kinematics
+from bench.kinematics import Kinematics, speed_rows
 from bench.loop import Bench, simulated
 from bench.messages import BodyTwist, TickInput
 from bench.odometry import wrap
@@ -270,6 +273,24 @@ def textbook_rows(wheels):
 
 def turned_by_textbook(wheels, twist):
     return [sum(h * v for h, v in zip(row, twist, strict=True)) for row in textbook_rows(wheels)]
+
+
+WHEELS = st.builds(
+    Wheel,
+    name=st.just("any"),
+    x_m=st.floats(-1, 1),
+    y_m=st.floats(-1, 1),
+    heading_rad=st.floats(-4, 4),
+    radius_m=st.floats(0.01, 1),
+    can_id=st.just(1),
+    roller_rad=st.floats(-1.2, 1.2),
+)
+
+
+@given(st.lists(WHEELS, min_size=1, max_size=8))
+def test_any_wheel_turns_as_the_textbook_has_it(wheels):
+    for got, want in zip(speed_rows(wheels), textbook_rows(wheels), strict=True):
+        assert got == pytest.approx(want, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("twist", [(0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.1, -0.1, 0.8)])

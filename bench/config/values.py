@@ -37,7 +37,7 @@ SLAMWARE_CHOICES = {
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """One wheel, driven or passive, by the wheel equation of docs/kinematics: where it stands, which way it pushes.
+    """One wheel, driven or passive, by the wheel equation of docs/robots.md: where it stands, which way it pushes.
 
     `heading_rad` is the direction in which the wheel pushes the chassis when it turns positively; `roller_rad` the
     counter-clockwise angle from there to the axis of the roller on the ground (0 omni, +-pi/4 mecanum). `direction` is
