@@ -63,6 +63,8 @@ def run_in_terminal(line, folder):
     if child == 0:
         os.chdir(folder)
         os.execvpe("bash", ["bash", "-c", f"stty rows 24 cols 80; exec {line}"], environment())
+    robot = re.search(r"--robot (\S+)", line)
+    title = robot.group(1).encode() if robot else b"m2006"
     seen, asked, deadline = b"", False, time.monotonic() + 30
     while time.monotonic() < deadline:
         if select.select([terminal], [], [], 0.1)[0]:
@@ -70,7 +72,7 @@ def run_in_terminal(line, folder):
                 seen += os.read(terminal, 65536)
             except OSError:  # the other end has closed: the program is gone
                 break
-        if not asked and b"m2006" in seen:
+        if not asked and title in seen:
             os.write(terminal, QUIT)
             asked = True
     os.close(terminal)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 
 NAME_WIDTH, CELL_WIDTH = 14, 12
+TWIST = ("vx", "vy", "omega")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,12 +38,12 @@ def run(args: argparse.Namespace) -> int:
         twist = _numbers("--twist", args.twist, 3)
         wheels = kinematics.wheel_speeds(twist)
         facts: dict[str, object] = {"twist": twist, "wheels_radps": wheels}
-        lines = [*_twist_line(twist), *_columns({"wheels, rad/s": wheels}, names)]
+        lines = [*_twist_line(twist), *_table(names, {"rad/s": wheels})]
     elif args.wheels is not None:
         wheels = _numbers("--wheels", args.wheels, len(names))
         twist, slip = list(kinematics.twist(wheels)), kinematics.slip(wheels)
         facts = {"twist": twist, "wheels_radps": wheels, "slip": slip}
-        lines = [*_twist_line(twist), *_columns({"wheels, rad/s": wheels, "of it slip": slip}, names)]
+        lines = [*_twist_line(twist), *_table(names, {"rad/s": wheels, "of it slip": slip})]
     else:
         facts = {"name": robot.name, "wheel_names": names, **_matrices(kinematics), **_dead_wheels(robot)}
         lines = _matrix_lines(kinematics, names) + _dead_wheel_lines(robot)
@@ -76,36 +77,33 @@ def _dead_wheels(robot: Robot) -> dict[str, object]:
 
 def _matrix_lines(kinematics: Kinematics, names: Sequence[str]) -> list[str]:
     values = _singular_values(kinematics)
-    lines = ["H: wheels, rad/s, of 1 m/s forward, 1 m/s to the left, 1 rad/s counter-clockwise", ""]
-    lines += _forth(kinematics.inverse_rows, names)
-    lines += ["", "H+: the twist that fits 1 rad/s of each wheel best", "", *_back(kinematics.forward_rows, names), ""]
-    lines += [f"singular values   {'  '.join(f'{value:.4f}' for value in values)}"]
-    lines += [f"                  of the rows in m/s, yaw counted at {kinematics.length_m:.4g} m, the farthest wheel's"]
-    lines += [f"condition         {values[0] / values[2]:.4f}"]
+    lines = ["H: rad/s of a wheel for 1 m/s forward, 1 m/s left, 1 rad/s counter-clockwise", ""]
+    lines += _table(names, dict(zip(TWIST, zip(*kinematics.inverse_rows, strict=True), strict=True)))
+    lines += ["", "H+: what 1 rad/s of each wheel adds to the best fit, m/s, m/s and rad/s", ""]
+    lines += _table(names, dict(zip(TWIST, kinematics.forward_rows, strict=True)))
+    lines += ["", f"singular values   {'  '.join(f'{value:.4f}' for value in values)}"]
+    lines += [f"                  of the rows in m/s, yaw at {kinematics.length_m:.4g} m, the farthest wheel's"]
+    lines += [f"condition         {values[0] / values[2]:.4f}", ""]
     vectors = kinematics.slip_vectors()
     if not vectors:
-        return [*lines, "", "Any three wheel speeds are a motion: slip cannot be seen."]
+        return [*lines, "Any three wheel speeds are a motion: slip cannot be seen."]
     slip = {f"n{i + 1}" if len(vectors) > 1 else "n": vector for i, vector in enumerate(vectors)}
-    return [*lines, "", "n . wheels is zero unless the wheels slip", "", *_columns(slip, names)]
+    return [*lines, "n . wheels is zero unless the wheels slip", "", *_table(names, slip)]
 
 
 def _dead_wheel_lines(robot: Robot) -> list[str]:
     from bench.kinematics import Kinematics, speed_rows
 
     dead = robot.dead_wheels
+    if not dead:
+        return []
     names = [wheel.name for wheel in dead]
-    lines = ["", "Dead wheels, rad/s, of the same", "", *_forth(speed_rows(dead), names)] if dead else []
+    rows = zip(*speed_rows(dead), strict=True)
+    lines = ["", "Dead wheels, H", "", *_table(names, dict(zip(TWIST, rows, strict=True)))]
     if len(dead) >= 3:
-        lines += ["", "and back", "", *_back(Kinematics(dead).forward_rows, names)]
+        back = Kinematics(dead).forward_rows
+        lines += ["", "Dead wheels, H+", "", *_table(names, dict(zip(TWIST, back, strict=True)))]
     return lines
-
-
-def _forth(rows: Sequence[Sequence[float]], names: Sequence[str]) -> list[str]:
-    return [_row("", _heads(("vx", "vy", "omega"))), *(_row(n, _cells(r)) for n, r in zip(names, rows, strict=True))]
-
-
-def _back(rows: Sequence[Sequence[float]], names: Sequence[str]) -> list[str]:
-    return _columns(dict(zip(("vx, m/s", "vy, m/s", "omega, rad/s"), rows, strict=True)), names)
 
 
 def _singular_values(kinematics: Kinematics) -> list[float]:
@@ -131,18 +129,10 @@ def _twist_line(twist: Sequence[float]) -> list[str]:
     return [f"forward {vx + 0.0:.5f} m/s, left {vy + 0.0:.5f} m/s, counter-clockwise {omega + 0.0:.5f} rad/s", ""]
 
 
-def _columns(rows: Mapping[str, Sequence[float]], names: Sequence[str]) -> list[str]:
-    """A line of wheel names, then a line a row."""
-    return [_row("", _heads(names)), *(_row(name, _cells(row)) for name, row in rows.items())]
-
-
-def _row(name: str, cells: str) -> str:
-    return f"  {name[:NAME_WIDTH]:{NAME_WIDTH}}{cells}".rstrip()
-
-
-def _heads(names: Sequence[str]) -> str:
-    return "".join(f"{name[: CELL_WIDTH - 1]:>{CELL_WIDTH}}" for name in names)
-
-
-def _cells(values: Sequence[float]) -> str:
-    return "".join(f"{round(value, 5) + 0.0:{CELL_WIDTH}.5f}" for value in values)
+def _table(names: Sequence[str], columns: Mapping[str, Sequence[float]]) -> list[str]:
+    """A line a wheel, so that eight of them fit on a screen."""
+    width = max(NAME_WIDTH, *(len(name) + 1 for name in names))
+    lines = [f"  {'':{width}}" + "".join(f"{head:>{CELL_WIDTH}}" for head in columns)]
+    for name, *values in zip(names, *columns.values(), strict=True):
+        lines.append(f"  {name:{width}}" + "".join(f"{round(value, 5) + 0.0:{CELL_WIDTH}.5f}" for value in values))
+    return lines
