@@ -359,3 +359,59 @@ def test_two_faults_of_one_name_are_refused(scenario, capsys):
     text = '[[fault]]\nwire = "rc"\nkind = "drop"\nat_s = 1.0\n' * 2
     assert main(["replay", str(scenario(text))]) == 2
     assert "two are called 'rc drop'" in capsys.readouterr().err
+
+
+# --- a driver in the scenario --------------------------------------------------------------------------------------
+
+STICKS = """
+schema = 1
+name = "sticks"
+seconds = 1.5
+{more}
+[[stick]]
+at_s = 0.2
+aux1 = true
+
+[[stick]]
+at_s = 0.3
+forward = 0.5
+
+[[expect]]
+always = "{channel} == {raw}"
+from_s = 0.35
+
+[[expect]]
+eventually = "vx_mps > 0.2"
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "channel", "raw"),
+    [
+        ("", "rc2", 1024),  # uart12: forward is below the middle, by half of 2048
+        ('profile = "frsky-sbus"', "rc1", 1402),  # 992 + 819.5 / 2
+        ('profile = "elrs"', "rc1", 1402),
+    ],
+)
+def test_a_timeline_of_sticks_drives_in_whatever_the_transmitter_speaks(tmp_path, capsys, more, channel, raw):
+    path = tmp_path / "sticks.toml"
+    path.write_text(STICKS.format(more=more, channel=channel, raw=raw))
+    status = main(["replay", str(path)])
+    assert status == 0, capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('rc = "drive.bin"\n[[stick]]\nat_s = 0.1', "a run has one driver"),
+        ("[[stick]]\nat_s = 0.1\nforward = 2.0", "stick[0].forward: expected -1 to 1"),
+        ("[[stick]]\nat_s = 0.2\n[[stick]]\nat_s = 0.1", "the times at_s must rise"),
+        ("[[stick]]\nat_s = -0.1", "expected 0 or more"),
+        ('robot = "slamware-b"\n[[stick]]\nat_s = 0.1', "takes no RC"),
+    ],
+)
+def test_a_wrong_timeline_is_one_sentence(tmp_path, capsys, text, says):
+    path = tmp_path / "sticks.toml"
+    path.write_text(f'schema = 1\nname = "s"\nseconds = 1.0\n{text}')
+    assert main(["replay", str(path)]) == 2
+    assert says in capsys.readouterr().err

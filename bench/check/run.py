@@ -30,6 +30,7 @@ from bench.messages import TickInput, TickOutput
 from bench.noise import SILENT, Noise
 from bench.plant import Plant
 from bench.rc.capture import Capture, by_tick, load_capture
+from bench.rc.transmitter import AT_REST, Transmitter
 from bench.world import RecordedMotors, SimulatedMotors
 
 TAIL_TICKS = 1000
@@ -172,6 +173,8 @@ def from_scenario(
         capture = load_capture(scenario.rc)
         _refuse_another_protocol(path, capture.protocol, built)
         rc = _rc_by_tick(capture, built, scenario.period_ms)
+    elif scenario.sticks:
+        rc = _rc_of_sticks(scenario, built)
     bench = bench_in(built, load_arena(arena) if arena is not None else scenario.arena, scenario.noise)
     return Run(
         title=scenario.name,
@@ -283,6 +286,20 @@ def _injector(scenario: Scenario, bench: Bench, wires: Sequence[str] = tuple(KIN
         raise UsageError(f"{scenario.path}: fault: {error}") from None
     bench.world = FaultyWorld(bench.world, injector)
     return injector
+
+
+def _rc_of_sticks(scenario: Scenario, robot: Robot) -> dict[int, bytes]:
+    """What the robot's transmitter sends while a driver holds the sticks as the scenario says."""
+    if robot.rc is None:
+        raise UsageError(f"{scenario.path}: stick: {robot.name} takes no RC; drive it with [[core]], or give a profile")
+    transmitter, sticks = Transmitter(robot.rc), AT_REST
+    changes, sent = dict(scenario.sticks), {}
+    for tick in range(scenario.ticks):
+        sticks = changes.get(tick, sticks)
+        frame = transmitter.step(tick, sticks)
+        if frame:
+            sent[tick] = frame
+    return sent
 
 
 def _scenario_inputs(scenario: Scenario, rc: dict[int, bytes]) -> Callable[[int], TickInput]:

@@ -3,8 +3,12 @@
 schema = 1
 name = "demo"
 robot = "m2006"
-rc = "drive.bin"            # a capture beside this file
+rc = "drive.bin"            # a capture beside this file; or, in its place, [[stick]] entries
 seconds = 24.0
+
+[[stick]]                   # how a driver holds the sticks, -1 to 1, from then on; encoded by the robot's profile
+at_s = 1.0
+forward = 0.5               # left, turn (counter-clockwise); aux1 = true, aux2 = true while pressed
 
 [[core]]                    # from then on, until the next one
 at_s = 14.0
@@ -39,6 +43,7 @@ from bench.check.faults import Fault, read_fault
 from bench.config import ConfigError, Table, read_toml
 from bench.messages import BodyTwist
 from bench.noise import SILENT, Noise, read_noise
+from bench.rc.transmitter import Sticks
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +66,8 @@ class Scenario:
     faults: tuple[Fault, ...] = ()
     arena: Arena = FIELD
     noise: Noise = SILENT
+    sticks: tuple[tuple[int, Sticks], ...] = ()
+    """(tick, sticks) in order of time; empty where the stream is a capture's."""
 
 
 def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
@@ -80,8 +87,12 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
             twist = BodyTwist(*(entry.get(key, float, 0.0) for key in ("vx_mps", "vy_mps", "omega_radps")))
             core.append((round(entry.get("at_s", float) * 1000), twist))
             entry.refuse_rest()
-    if any(later[0] <= earlier[0] for earlier, later in pairwise(core)):
-        raise data.fail("core", "the times at_s must rise from entry to entry")
+    sticks = [_read_sticks(entry) for entry in data.tables("stick", optional=True)]
+    if sticks and rc is not None:
+        raise data.fail("stick", "a run has one driver: give rc or [[stick]]")
+    for key, times in (("core", [tick for tick, _ in core]), ("stick", [tick for tick, _ in sticks])):
+        if any(later <= earlier for earlier, later in pairwise(times)):
+            raise data.fail(key, "the times at_s must rise from entry to entry")
     name = data.get("name", str)
     seed = data.get("seed", int, 0)
     scenario = Scenario(
@@ -91,6 +102,7 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
         rc=path.parent / rc if rc is not None else None,
         ticks=round(seconds * 1000),
         core=tuple(core),
+        sticks=tuple(sticks),
         profile=data.get("profile", str, None),
         period_ms=data.get("period_ms", int, None),
         about=data.get("about", str, ""),
@@ -120,3 +132,16 @@ def _read_arena(data: Table, path: Path, name: str, alone: bool) -> Arena:
         return read_arena(data.table("arena"), name)
     beside = path.parent / data.get("arena", str)
     return FIELD if alone else load_arena(beside)  # a recording has its arena in a file of its own
+
+
+def _read_sticks(entry: Table) -> tuple[int, Sticks]:
+    axes = {key: entry.get(key, float, 0.0) for key in ("forward", "left", "turn")}
+    for key, value in axes.items():
+        if not -1.0 <= value <= 1.0:
+            raise entry.fail(key, f"expected -1 to 1, got {value}")
+    buttons = {key: entry.get(key, bool, False) for key in ("aux1", "aux2")}
+    at_s = entry.get("at_s", float)
+    if at_s < 0.0:
+        raise entry.fail("at_s", f"expected 0 or more, got {at_s}")
+    entry.refuse_rest()
+    return round(1000 * at_s), Sticks(**axes, **buttons)

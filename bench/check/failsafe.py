@@ -1,0 +1,323 @@
+"""The failsafe matrix: every loss in every phase of a drive, and whether the robot did what its rules say.
+
+A cell is a run of a few seconds: arm, drive, lose something, go on long enough to see whether the loss lets go of the
+robot again. What is judged is what crosses the wires and what the robot does, so any base behind the seam can be put
+to it. The rules are those of docs/links.md, with the limits of the robot's own file:
+
+    silence, lost-frame flag      the command stands until hold_ms after the last good frame; no current after disarm_ms
+    failsafe flag, zeros, frozen  stop at once; no current after disarm_ms
+    the core is silent            stop after core_timeout_ms
+    an ESC is silent              no current after feedback_timeout_ms
+    restart                       no current from the first tick
+    one byte lost                 drive on
+    an encoder is stuck           stay within the current limit, and stop when the sticks are let go
+    after a lost RC link          nothing moves until somebody arms again, whatever sticks and link do
+
+A robot that has to stop may take as long as one that coasts: what its friction needs with no current at all, and a
+tenth of a second for the loop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+
+from bench.base import Base, ControlledBase
+from bench.check.faults import Fault
+from bench.check.faulty import FaultyWorld, Injector
+from bench.check.signals import Signals
+from bench.check.subjects import SUBJECTS
+from bench.config import Robot
+from bench.loop import Bench, simulated
+from bench.messages import BodyTwist, TickInput, TickOutput
+from bench.plant import Plant
+from bench.rc.transmitter import AT_REST, Sticks, Transmitter
+
+STICK = 0.4
+"""Far enough for a clear speed, and below what a weak robot can hold in every direction."""
+TREMBLE = 0.01
+"""A hand does not hold a stick to the count; what does is a frozen link."""
+
+PHASES: Mapping[str, Sticks] = {
+    "rest": AT_REST,
+    "cruise": Sticks(forward=STICK),
+    "strafe": Sticks(left=STICK),
+    "spin": Sticks(turn=STICK),
+    "reversal": Sticks(forward=STICK),
+}
+"""What the sticks say before the loss. In a reversal they go to the other side in the instant of it."""
+
+ARM_TICK, DRIVE_TICK, LOSS_TICK = 100, 250, 1200
+CORE_DRIVE_TICK, CORE_LOSS_TICK = 800, 1750
+"""The core takes over when the sticks have been at rest for a while."""
+LOST_TICKS, AFTER_TICKS = 1000, 250
+CORE_LOST_TICKS = 1900
+STANDS_BELOW_MPS, STANDS_BELOW_RADPS = 0.02, 0.15
+REACTION_TICKS = 100
+LEAST_SHARE = 0.3
+"""Of the speed asked for: enough to see the direction. Whether a robot reaches its speed is not asked here."""
+NO_CURRENT_A = 0.002
+DRIVES_ON_SHARE = 0.75
+
+GREEN, RED, OFF = "ok", "RED", "off"
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """One way to lose something, and what has to follow. Times in ticks from the loss; None: it does not have to."""
+
+    name: str
+    rule: str
+    faults: tuple[Fault, ...] = ()
+    stop_after: int | None = None
+    """From then on it brakes or coasts."""
+    quiet_after: int | None = None
+    """From then on there is no current."""
+    drives_on: bool = False
+    rearm: bool = False
+    """Stays stopped when what was lost is back."""
+    restarts: bool = False
+    by_core: bool = False
+    let_go_after: int | None = None
+    """The sticks go to rest then."""
+    off_because: str = ""
+
+    @property
+    def lasting(self) -> int:
+        """How long it is lost."""
+        return CORE_LOST_TICKS if self.by_core else LOST_TICKS
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """What one run has shown."""
+
+    loss: str
+    phase: str
+    verdict: str
+    why: tuple[str, ...]
+    """Every rule that was broken, as a sentence; or why this cell is off."""
+    stop_ms: int | None
+    """From the loss until the robot stands for good, at most until what was lost is back; None: it does not stand."""
+    stop_m: float
+    """Driven until then."""
+    residual_a: float
+    """The largest commanded current once there should be none; where a rule says nothing of it, at the end."""
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for --json."""
+        return asdict(self)
+
+
+def losses(robot: Robot) -> tuple[Loss, ...]:
+    """Every loss, with the limits of this robot and its transmitter. Raises ValueError for a robot without RC."""
+    profile, link = robot.rc, robot.link
+    if profile is None:
+        raise ValueError(f"{robot.name} takes no RC; the failsafe matrix needs a transmitter's profile")
+    frame = 2 * profile.period_ms + 5
+    hold, quiet = link.hold_ms + frame, link.disarm_ms + frame
+    flags = {
+        kind: "" if profile.protocol in protocols else f"{profile.protocol} frames cannot say it"
+        for kind, protocols in (("flag", ("sbus", "ibus")), ("lost_flag", ("sbus",)))
+    }
+    frozen = "" if profile.frozen_ms else f"frozen_ms is 0 in the profile {profile.name}"
+    by_hold = f"stop from {link.hold_ms} ms on, no current from {link.disarm_ms} ms on, stay"
+    at_once = f"stop at once, no current from {link.disarm_ms} ms on, stay"
+
+    def rc(kind: str, **facts: float) -> tuple[Fault, ...]:
+        return (Fault(kind, "rc", kind, at=LOSS_TICK, lasting=LOST_TICKS, **facts),)  # type: ignore[arg-type]
+
+    def esc(wire: str, kind: str, number: int | None) -> tuple[Fault, ...]:
+        return (Fault(kind, wire, kind, at=LOSS_TICK, lasting=LOST_TICKS, esc=number),)
+
+    # The last byte of the first frame after the loss.
+    keep = len(Transmitter(profile).step(0, AT_REST)) - 1
+    byte = Fault("byte", "rc", "truncate", at=LOSS_TICK, lasting=profile.period_ms, keep=keep)
+    silent = f"no current from {link.feedback_timeout_ms} ms on"
+    timeout = link.feedback_timeout_ms + 5
+    core = (Fault("core", "core", "drop", at=CORE_LOSS_TICK, lasting=CORE_LOST_TICKS),)
+    return (
+        Loss("RC silent", by_hold, rc("drop"), hold, quiet, rearm=True),
+        Loss("failsafe flag", at_once, rc("flag"), frame, quiet, rearm=True, off_because=flags["flag"]),
+        Loss("lost-frame flag", by_hold, rc("lost_flag"), hold, quiet, rearm=True, off_because=flags["lost_flag"]),
+        Loss(
+            "sticks frozen", f"stop after {profile.frozen_ms} ms of it", rc("freeze"), profile.frozen_ms + frame,
+            off_because=frozen,
+        ),
+        Loss("all channels zero", at_once, rc("zeros"), frame, quiet, rearm=True),
+        Loss("garbage", by_hold, rc("garbage"), hold, quiet, rearm=True),
+        Loss("one byte lost", "drive on", (byte,), drives_on=True),
+        Loss("core silent", f"stop from {link.core_timeout_ms} ms on", core, link.core_timeout_ms + 60, by_core=True),
+        Loss("one ESC silent", silent, esc("esc", "silent", 1), timeout, timeout),
+        Loss("every ESC silent", silent, esc("esc", "silent", None), timeout, timeout),
+        Loss("encoder stuck", "keep the current limit; stop when let go", esc("feedback", "stuck", 1), 300,
+             let_go_after=300),
+        Loss("restart", "no current until armed, stay", (), 0, 2, rearm=True, restarts=True),
+    )  # fmt: skip
+
+
+def run_cell(robot: Robot, loss: Loss, phase: str, build: Callable[[Robot], ControlledBase] = Base) -> Cell:
+    """One run, judged."""
+    if loss.off_because:
+        return Cell(loss.name, phase, OFF, (loss.off_because,), None, 0.0, 0.0)
+    return _Drive(robot, loss, phase, build).judge()
+
+
+class _Drive:
+    """The run of one cell, and what is measured on the way."""
+
+    def __init__(self, robot: Robot, loss: Loss, phase: str, build: Callable[[Robot], ControlledBase]) -> None:
+        assert robot.rc is not None
+        self._robot, self._loss, self._phase, self._build = robot, loss, phase, build
+        self._bench = _bench(robot, build)
+        self._at = CORE_LOSS_TICK if loss.by_core else LOSS_TICK
+        columns = self._bench.state_columns
+        self._injector = Injector(loss.faults, robot, columns) if loss.faults else None
+        if self._injector is not None:
+            self._bench.world = FaultyWorld(self._bench.world, self._injector)
+        self._transmitter = Transmitter(robot.rc)
+        self._commands = [f"command{number}_a" for number in range(1, len(robot.wheels) + 1)]
+        self._signals = Signals(robot, columns, self._commands)
+        self._moved_tick = 0
+        self._path_m = 0.0
+        self._stop_m = 0.0
+        self._residual_a = self._most_a = 0.0
+        self._why: list[str] = []
+
+    def judge(self) -> Cell:
+        """Run it and say what happened."""
+        loss, at = self._loss, self._at
+        for tick in range(at):
+            self._tick(tick)
+        self._check_direction()
+        before = self._bench.world.plant.twist
+        if loss.restarts:
+            self._bench.base = self._build(self._robot)
+        end = at + loss.lasting
+        self._moved_tick, self._path_m, self._stop_m = at, 0.0, 0.0
+        for tick in range(at, end):
+            self._tick(tick)
+            self._follow(tick)
+            if tick - at == loss.let_go_after:
+                before = self._bench.world.plant.twist
+        stop_ms = self._moved_tick - at if self._moved_tick < end - 1 else None
+        stop_m = self._stop_m
+        after = self._bench.world.plant.twist
+        self._check_stop(before, after, stop_ms)
+        for tick in range(end, end + AFTER_TICKS):
+            self._tick(tick)
+            if loss.rearm:
+                self._follow(tick)
+        if loss.rearm and self._moved_tick >= end:
+            self._why.append("drives again without having been armed")
+        # An encoder that stands still in a robot at rest is none the worse for being stuck.
+        if self._injector is not None and self._injector.untouched() and self._phase != "rest":
+            self._why.append("the loss touched nothing")
+        limit_a = self._robot.limits.current_a
+        if self._most_a > limit_a + NO_CURRENT_A:
+            self._why.append(f"commands {self._most_a:.2f} A, over the limit of {limit_a:g} A")
+        if loss.quiet_after is not None and self._residual_a > NO_CURRENT_A:
+            self._why.append(f"still commands {self._residual_a:.3f} A {loss.quiet_after} ms after the loss")
+        verdict = RED if self._why else GREEN
+        return Cell(loss.name, self._phase, verdict, tuple(self._why), stop_ms, stop_m, self._residual_a)
+
+    def _tick(self, tick: int) -> TickOutput:
+        sticks, twist = self._driver(tick)
+        out = self._bench.tick(TickInput(self._transmitter.step(tick, sticks), twist))
+        if self._injector is not None:
+            self._injector.observe(out)
+        sample = self._signals.take(out)
+        amperes = max(abs(sample[name] or 0.0) for name in self._commands)
+        self._most_a = max(self._most_a, amperes)
+        quiet = self._loss.quiet_after
+        since = tick - self._at
+        if quiet is not None and quiet <= since < self._loss.lasting:
+            self._residual_a = max(self._residual_a, amperes)
+        return out
+
+    def _driver(self, tick: int) -> tuple[Sticks, BodyTwist | None]:
+        """Sticks and core request of this tick."""
+        loss, wanted = self._loss, PHASES[self._phase]
+        if self._phase == "reversal" and tick >= self._at:
+            wanted = Sticks(-wanted.forward)
+        if tick < DRIVE_TICK:
+            return AT_REST._replace(aux1=ARM_TICK <= tick < DRIVE_TICK), None
+        if loss.by_core:
+            limits = self._robot.limits
+            twist = BodyTwist(
+                wanted.forward * limits.linear_mps, wanted.left * limits.linear_mps, wanted.turn * limits.angular_radps
+            )
+            return AT_REST, twist if tick >= CORE_DRIVE_TICK else None
+        if loss.let_go_after is not None and tick >= self._at + loss.let_go_after:
+            return AT_REST, None
+        tremble = TREMBLE if tick // self._transmitter.profile.period_ms % 2 else -TREMBLE
+        forward, left, turn = (value + tremble if value else 0.0 for value in wanted[:3])
+        return Sticks(forward, left, turn), None
+
+    def _follow(self, tick: int) -> None:
+        """How far the robot goes, and when it moved last."""
+        vx, vy, omega = self._bench.world.plant.twist
+        speed = math.hypot(vx, vy)
+        self._path_m += speed * 0.001
+        if speed > STANDS_BELOW_MPS or abs(omega) > STANDS_BELOW_RADPS:
+            self._moved_tick = tick + 1
+            self._stop_m = self._path_m
+
+    def _check_direction(self) -> None:
+        """Before the loss the robot moves the way the sticks say."""
+        limits, sticks = self._robot.limits, PHASES[self._phase]
+        wanted = (
+            sticks.forward * limits.linear_mps, sticks.left * limits.linear_mps, sticks.turn * limits.angular_radps,
+        )  # fmt: skip
+        units = (1.0, 1.0, limits.linear_mps / limits.angular_radps)
+        moves = [value * unit for value, unit in zip(self._bench.world.plant.twist, units, strict=True)]
+        asked = [value * unit for value, unit in zip(wanted, units, strict=True)]
+        size = math.hypot(*asked)
+        if not size:
+            if math.hypot(*moves) > STANDS_BELOW_MPS:
+                self._why.append("moves although the sticks are at rest")
+            return
+        along = sum(one * other for one, other in zip(moves, asked, strict=True)) / size
+        aside = math.sqrt(max(0.0, math.hypot(*moves) ** 2 - along**2))
+        if along < LEAST_SHARE * size or aside > 0.5 * abs(along):
+            twist = ", ".join(f"{value:.2f}" for value in self._bench.world.plant.twist)
+            self._why.append(f"does not move as the sticks say before the loss: {twist} (m/s, m/s, rad/s)")
+
+    def _check_stop(self, before: BodyTwist, after: BodyTwist, stop_ms: int | None) -> None:
+        loss = self._loss
+        if loss.drives_on and self._phase not in ("rest", "reversal"):
+            shares = [b and a / b for a, b in zip(after, before, strict=True)]
+            if max(shares) < DRIVES_ON_SHARE:
+                self._why.append("stops although it should drive on")
+        elif loss.drives_on and self._phase == "reversal" and not after.vx_mps < -STANDS_BELOW_MPS:
+            self._why.append("does not follow the sticks any more")
+        if loss.stop_after is None:
+            return
+        allowed = loss.stop_after + REACTION_TICKS + coast_ticks(self._robot, before)
+        if stop_ms is None or stop_ms > allowed:
+            took = "does not stand" if stop_ms is None else f"stands after {stop_ms} ms"
+            self._why.append(f"{took}; {allowed} ms are allowed")
+
+
+def coast_ticks(robot: Robot, twist: BodyTwist) -> int:
+    """How long this robot rolls on from a twist with no current at all; asked of the plant."""
+    plant = Plant(robot, arena=None, twist=twist)
+    currents = [0.0] * len(robot.wheels)
+    for tick in range(LOST_TICKS * 10):
+        vx, vy, omega = plant.twist
+        if math.hypot(vx, vy) <= STANDS_BELOW_MPS and abs(omega) <= STANDS_BELOW_RADPS:
+            return tick
+        plant.step(currents)
+    return LOST_TICKS * 10
+
+
+def _bench(robot: Robot, build: Callable[[Robot], ControlledBase]) -> Bench:
+    bench = simulated(robot)
+    return bench if build is Base else Bench(build(robot), bench.world)
+
+
+def run_row(robot: Robot, number: int, subject: str | None = None) -> list[Cell]:
+    """Every phase of one loss, by its place in `losses`; `subject` is a wrong controller instead of ours."""
+    build = SUBJECTS[subject] if subject else Base
+    return [run_cell(robot, losses(robot)[number], phase, build) for phase in PHASES]

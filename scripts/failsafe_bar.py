@@ -1,0 +1,99 @@
+"""Can the failsafe matrix fail? Ours must be green in every cell, each wrong controller red where its defect shows.
+
+    scripts/failsafe_bar.py                    all nine controllers; exit status 1 where a cell is not as expected
+    scripts/failsafe_bar.py --only no-timeout  one of them
+
+The robot is m2006 with an SBUS transmitter that has a failsafe flag and, for this, frozen_ms = 300: every loss can be
+said. What is expected is written here, from what each controller does wrong; the matrix does not know it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from bench.check.failsafe import PHASES, RED, Cell, losses, run_row
+from bench.config import Robot, load_robot
+
+FROZEN_MS = 300
+MOVING = ("cruise", "strafe", "spin", "reversal")
+ALONG = ("cruise", "strafe", "reversal")
+RC_LOST = ("RC silent", "failsafe flag", "lost-frame flag", "all channels zero", "garbage")
+SILENT = ("RC silent", "lost-frame flag", "garbage")
+ALL = (
+    *RC_LOST, "sticks frozen", "one byte lost", "core silent", "one ESC silent", "every ESC silent", "encoder stuck",
+    "restart",
+)  # fmt: skip
+
+
+def cells(names: tuple[str, ...], phases: tuple[str, ...]) -> frozenset[tuple[str, str]]:
+    """Every pair."""
+    return frozenset((name, phase) for name in names for phase in phases)
+
+
+EXPECTED: Mapping[str, frozenset[tuple[str, str]]] = {
+    "ours": frozenset(),
+    # It stops; what it lacks is the disarming, and that shows when the link is back.
+    "stale-command-kept": cells(RC_LOST, MOVING),
+    "failsafe-flag-ignored": cells(("failsafe flag",), MOVING),
+    # Flag and zeros stop it, but it never disarms; it goes on when they end.
+    "no-timeout": cells((*RC_LOST, "core silent"), MOVING),
+    "resync-broken": cells(("one byte lost",), MOVING),
+    # What a stuck encoder lets the integrators sum up has to be driven off when the sticks are let go.
+    "integrator-wind-up": cells(("encoder stuck",), MOVING),
+    # Where the loop asks for more than 0.6 A: in every start and brake along a line, in a spin where it brakes.
+    "clamp-missing": cells(ALL, ALONG) | cells(tuple(set(ALL) - {"one byte lost", "restart"}), ("spin",)),
+    # Equal wheel speeds turn the robot, whoever is who.
+    "wheel-swap": cells(ALL, ALONG),
+    "degrees-for-radians": cells(ALL, ("spin",)),
+}
+
+
+def robot() -> Robot:
+    """The robot of the bar."""
+    found = load_robot("m2006", "frsky-sbus")
+    assert found.rc is not None
+    return replace(found, rc=replace(found.rc, frozen_ms=FROZEN_MS))
+
+
+def row(number: int, name: str) -> list[Cell]:
+    """One loss of one controller; a process of its own may run it."""
+    return run_row(robot(), number, None if name == "ours" else name)
+
+
+def main() -> int:
+    """The command line; 0 where every cell is as expected."""
+    parser = argparse.ArgumentParser(description="Ours green, each wrong controller red where its defect shows.")
+    parser.add_argument("--only", default="", help=f"some of {', '.join(EXPECTED)}")
+    parser.add_argument("--jobs", type=int, default=2, help="rows at a time")
+    given = parser.parse_args()
+    names = [name for name in given.only.split(",") if name] or list(EXPECTED)
+    unknown = sorted(set(names) - set(EXPECTED))
+    if unknown:
+        parser.error(f"no controller is called {', '.join(unknown)}; known: {', '.join(EXPECTED)}")
+    count, wrong = len(losses(robot())), 0
+    with ProcessPoolExecutor(given.jobs) as pool:
+        for name in names:
+            matrix = [cell for cells in pool.map(row, range(count), [name] * count) for cell in cells]
+            red = {(cell.loss, cell.phase) for cell in matrix if cell.verdict == RED}
+            missing, surplus = EXPECTED[name] - red, red - EXPECTED[name]
+            wrong += len(missing) + len(surplus)
+            print(
+                f"{name:<24}{len(red):>3} of {count * len(PHASES)} red, {len(EXPECTED[name]):>3} expected", flush=True
+            )
+            for what, pairs in (("not red", missing), ("red, not expected", surplus)):
+                for loss, phase in sorted(pairs):
+                    why = next(cell.why for cell in matrix if (cell.loss, cell.phase) == (loss, phase))
+                    print(f"    {what}: {loss}, {phase}: {'; '.join(why)}")
+    print("every cell as expected" if not wrong else f"{wrong} cells are not as expected")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

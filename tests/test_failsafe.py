@@ -1,0 +1,105 @@
+"""The failsafe matrix: ours is green, a wrong controller is red where its defect shows, and the verb says so."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.__main__ import main
+from bench.base import Base
+from bench.check.failsafe import GREEN, OFF, PHASES, RED, coast_ticks, losses, run_cell
+from bench.check.subjects import SUBJECTS
+from bench.config import load_robot
+from bench.messages import BodyTwist
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
+
+import failsafe_bar
+
+ROBOT = failsafe_bar.robot()
+ROWS = {loss.name: loss for loss in losses(ROBOT)}
+# A part of scripts/failsafe_bar.py: each defect shows in one of these cells at least, and not in another.
+CELLS = [("RC silent", "strafe"), ("failsafe flag", "spin"), ("one byte lost", "cruise"), ("encoder stuck", "reversal")]
+
+
+@pytest.mark.parametrize("name", failsafe_bar.EXPECTED)
+def test_a_controller_is_red_where_its_defect_shows_and_only_there(name):
+    build = SUBJECTS.get(name, Base)
+    for loss, phase in CELLS:
+        cell = run_cell(ROBOT, ROWS[loss], phase, build)
+        expected = RED if (loss, phase) in failsafe_bar.EXPECTED[name] else GREEN
+        assert cell.verdict == expected, cell
+
+
+def test_every_wrong_controller_shows_in_the_tested_cells():
+    for name in SUBJECTS:
+        assert failsafe_bar.EXPECTED[name] & set(CELLS), name
+
+
+def test_what_a_protocol_cannot_say_is_off_and_says_why():
+    rows = {loss.name: loss for loss in losses(load_robot("m2006"))}
+    cell = run_cell(load_robot("m2006"), rows["failsafe flag"], "cruise")
+    assert (cell.verdict, cell.why) == (OFF, ("uart12 frames cannot say it",))
+    assert rows["sticks frozen"].off_because == "frozen_ms is 0 in the profile uart12"
+    assert not rows["garbage"].off_because
+
+
+def test_the_limits_of_the_rules_are_those_of_the_robot_file():
+    assert ROWS["RC silent"].stop_after == ROBOT.link.hold_ms + 2 * ROBOT.rc.period_ms + 5
+    assert ROWS["RC silent"].quiet_after == ROBOT.link.disarm_ms + 2 * ROBOT.rc.period_ms + 5
+    assert ROWS["failsafe flag"].stop_after == 2 * ROBOT.rc.period_ms + 5
+
+
+def test_a_robot_coasts_as_long_as_its_friction_takes():
+    # Plant-model, section 2: from v, a constant part and a viscous one: an exponential with an offset, then a stop.
+    import math
+
+    motor, weight = ROBOT.motor, (6.234, 3.227)
+    along = math.sin(math.radians(75.0)) / 0.027
+    rolling = 0.05 * (2.0 * weight[0] * math.cos(math.radians(75.0)) + weight[1])
+    constant = 2.0 * along * motor.coulomb_nm + rolling
+    viscous, mass = 2.0 * motor.viscous_nms * along**2, 4.672
+    offset = constant / viscous
+    seconds = mass / viscous * math.log((0.4 + offset) / (0.02 + offset))
+    assert coast_ticks(ROBOT, BodyTwist(0.4, 0.0, 0.0)) == pytest.approx(1000.0 * seconds, rel=0.02)
+
+
+def test_the_verb_prints_a_row_its_rule_and_ends_well(capsys, tmp_path):
+    page = tmp_path / "matrix.html"
+    assert main(["failsafe", "--only", "restart", "--jobs", "1", "--html", str(page)]) == 0
+    said = capsys.readouterr().out
+    assert "restart           ok 0 ms" in said
+    assert "restart           no current until armed, stay" in said
+    assert "5 of 5 cells as their rules say" in said
+    assert max(map(len, said.splitlines())) <= 80
+    html = page.read_text()
+    assert html.count('class="ok"') == 5
+    assert "http" not in html, "self-contained"
+
+
+def test_the_verb_names_what_is_red_to_people_and_machines(capsys):
+    given = ["failsafe", "--controller", "no-timeout", "--only", "rc silent", "--jobs", "1"]
+    assert main(given) == 1
+    said = capsys.readouterr().out
+    assert "RED  RC silent, cruise: does not stand; " in said
+    assert main([*given, "--json"]) == 1
+    cells = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [cell["phase"] for cell in cells] == list(PHASES)
+    assert [cell["verdict"] for cell in cells] == [GREEN, RED, RED, RED, RED]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--controller", "no-timout"], "did you mean no-timeout?"),
+        (["--only", "meteor"], "no loss is called 'meteor'; known: RC silent"),
+        (["--jobs", "0"], "--jobs: expected 1 or more"),
+        (["--frozen-ms", "0"], "--frozen-ms: expected 1 or more"),
+        (["--robot", "slamware-b"], "takes no RC"),
+        (["--only", "restart", "--jobs", "1", "--html", "/nowhere/x.html"], "/nowhere/x.html: cannot be written"),
+    ],
+)
+def test_a_wrong_argument_is_one_sentence(options, says, capsys):
+    assert main(["failsafe", *options]) in (2, 3)
+    assert says in capsys.readouterr().err
