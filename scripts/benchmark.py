@@ -3,7 +3,9 @@
     demo        the demo, headless, every frame encoded, decoded and recorded: simulated seconds a second
     reference   its RC part against the same loop built from python-can and cantools (scripts/reference_loop.py)
     help        `wheelbench --help` against `python -c pass`
-    plant       a step of the plant against a bare pymunk step of the same body
+    robots      each robot that drives all the time: its whole tick, recorded, and its plant's step, against real time
+                and against a bare pymunk step of the same body
+    simulators  the bench beside MuJoCo and ir-sim, in a throw-away environment (scripts/simulators.py)
     decoders    an RC frame through its decoder
     peers       the decoders beside other Python packages, in a throw-away environment (scripts/peers.py)
 
@@ -24,8 +26,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from itertools import islice
 from pathlib import Path
 from statistics import median
@@ -34,21 +36,28 @@ from typing import NamedTuple
 import pymunk
 
 from bench import rc_decode
-from bench.check.run import from_scenario
+from bench.check.recording import BLOCK_TICKS, Recorder, RunInfo
+from bench.check.run import Run, from_scenario
 from bench.cli.headless import execute
-from bench.config import load_robot
+from bench.config import Robot, robot_names
 from bench.demo import SCENARIO
+from bench.loop import simulated
+from bench.messages import BodyTwist, TickInput, TickOutput
 from bench.plant import FIELD, STEP_S, Plant
+from bench.rc.transmitter import Sticks, Transmitter
 
-DEMO_FACTOR_AT_LEAST = 15.0
-REFERENCE_FACTOR_AT_LEAST = 3.0
+DEMO_FACTORS_AT_LEAST = {"m2006": 30.0, "dm3519": 22.0}
+"""Three wheels, four wheels."""
+REFERENCE_FACTOR_AT_LEAST = 4.0
 HELP_FACTOR_AT_MOST, HELP_EXTRA_S = 3.0, 0.030
 HEAVY = ("can", "cantools", "numpy", "pymunk", "serial", "textual")
 
 RC_PART_TICKS = 13_000
 """How long the demo is driven by sticks alone: the reference loop has no SLAMWARE core to hand over to."""
-SLICE_TICKS = 250
-PLANT_STEPS, PLANT_SLICE = 4000, 100
+SLICE_TICKS = 200
+ROBOT_TICKS, ROBOT_SLICE = 1500, BLOCK_TICKS
+ARMING_TICKS = 300
+SIMULATED_S = 0.2
 DECODER_FRAMES = 1000
 PEER_FRAMES = 10_000
 HELP_RUNS = 5
@@ -76,23 +85,29 @@ class Piece(NamedTuple):
 # --- the pieces --------------------------------------------------------------------------------------------------
 
 
-def measure_demo(_order: random.Random, share: float = 1.0) -> Sample:
-    """The demo as `wheelbench demo --headless --record DIR` runs it."""
-    job = from_scenario(SCENARIO)
-    job.ticks = round(job.ticks * share)
-    with tempfile.TemporaryDirectory(prefix="wheelbench-") as directory:
-        recorder = job.recorder(Path(directory) / "run")
-        wall = time.perf_counter()
-        cpu_s = _cpu_s(lambda: execute(job, recorder, quiet=True))
-        wall_s = time.perf_counter() - wall
-    simulated_s = job.ticks / 1000.0
-    return {"CPU": simulated_s / cpu_s, "wall": simulated_s / wall_s}
+def measure_demo(order: random.Random, share: float = 1.0) -> Sample:
+    """The demo as `wheelbench demo --headless --record DIR` runs it, and the same sticks on four wheels."""
+    sample = {}
+    for robot in order.sample(sorted(DEMO_FACTORS_AT_LEAST), len(DEMO_FACTORS_AT_LEAST)):
+        job = from_scenario(SCENARIO, robot=robot)
+        job.ticks = round(job.ticks * share)
+        with tempfile.TemporaryDirectory(prefix="wheelbench-") as directory:
+            recorder = job.recorder(Path(directory) / "run")
+            wall = time.perf_counter()
+            cpu_s = _cpu_s(partial(execute, job, recorder, quiet=True))
+            wall_s = time.perf_counter() - wall
+        simulated_s = job.ticks / 1000.0
+        sample |= {f"{robot} CPU": simulated_s / cpu_s, f"{robot} wall": simulated_s / wall_s}
+    return sample
 
 
 def report_demo(samples: Sequence[Sample]) -> list[Row]:
     """How many times faster than real time."""
     return [
-        _row_at_least(f"demo, recorded: simulated s per {kind} s", [s[kind] for s in samples], DEMO_FACTOR_AT_LEAST)
+        _row_at_least(
+            f"demo on {robot}, recorded: simulated s per {kind} s", [s[f"{robot} {kind}"] for s in samples], bar
+        )
+        for robot, bar in DEMO_FACTORS_AT_LEAST.items()
         for kind in ("CPU", "wall")
     ]
 
@@ -105,7 +120,7 @@ def measure_reference(order: random.Random, share: float = 1.0) -> Sample:
     job = from_scenario(SCENARIO)
     job.ticks = slices * SLICE_TICKS
     rc = [job.inputs(tick).rc for tick in range(job.ticks)]
-    outputs = iter(job)
+    blocks = job.blocks()
     with (
         tempfile.TemporaryDirectory(prefix="wheelbench-") as directory,
         job.recorder(Path(directory) / "run") as recorder,
@@ -113,9 +128,8 @@ def measure_reference(order: random.Random, share: float = 1.0) -> Sample:
     ):
 
         def bench_slice() -> None:
-            for out in islice(outputs, SLICE_TICKS):
-                recorder.add(out)
-            recorder.flush()
+            for block in islice(blocks, SLICE_TICKS // BLOCK_TICKS):
+                recorder.extend(block)
 
         def libraries_slice() -> None:
             for rc_bytes in rc[libraries.now_tick : libraries.now_tick + SLICE_TICKS]:
@@ -170,31 +184,94 @@ def report_help(samples: Sequence[Sample]) -> list[Row]:
     ]
 
 
-def measure_plant(order: random.Random, share: float = 1.0) -> Sample:
-    """CPU seconds a step: the plant turning on the spot, and the engine alone with the same body in the same field."""
-    robot = load_robot("m2006")
-    slices = max(1, round(PLANT_STEPS * share) // PLANT_SLICE)
-    plant, space = Plant(robot), _bare_space()
-    currents = [robot.limits.current_a / 2.0] * len(robot.wheels)
+def measure_robots(order: random.Random, share: float = 1.0) -> Sample:
+    """CPU seconds for each robot: a whole tick, recorded; a step of its plant; the engine alone with the same body."""
+    names = robot_names()
+    slices = max(1, round(ROBOT_TICKS * share) // ROBOT_SLICE)
+    sample: Sample = {}
+    for name in order.sample(names, len(names)):
+        job = driving(name, ARMING_TICKS + slices * ROBOT_SLICE)
+        robot = job.bench.robot
+        plant, space = Plant(robot), _bare_space(robot)
+        currents_a = [robot.limits.current_a / 2.0] * len(robot.wheels)
+        with (
+            tempfile.TemporaryDirectory(prefix="wheelbench-") as folder,
+            job.recorder(Path(folder) / "run") as recorder,
+        ):
+            blocks = job.blocks()
+            for block in islice(blocks, ARMING_TICKS // ROBOT_SLICE):
+                recorder.extend(block)
 
-    def plant_slice() -> None:
-        for _ in range(PLANT_SLICE):
-            plant.step(currents)
+            def tick(blocks: Iterator[list[TickOutput]] = blocks, recorder: Recorder = recorder) -> None:
+                recorder.extend(next(blocks))
 
-    def pymunk_slice() -> None:
-        for _ in range(PLANT_SLICE):
-            space.step(STEP_S)
+            def step(plant: Plant = plant, currents_a: Sequence[float] = tuple(currents_a)) -> None:
+                for _ in range(ROBOT_SLICE):
+                    plant.step(currents_a)
 
-    seconds = _side_by_side(order, slices, {"plant": plant_slice, "pymunk": pymunk_slice})
-    return {name: value / (slices * PLANT_SLICE) for name, value in seconds.items()}
+            def bare(space: pymunk.Space = space) -> None:
+                for _ in range(ROBOT_SLICE):
+                    space.step(STEP_S)
+
+            seconds = _side_by_side(order, slices, {"tick": tick, "plant": step, "pymunk": bare})
+        sample |= {f"{name} {what}": value / (slices * ROBOT_SLICE) for what, value in seconds.items()}
+    return sample
 
 
-def report_plant(samples: Sequence[Sample]) -> list[Row]:
+def report_robots(samples: Sequence[Sample]) -> list[Row]:
     """For orientation."""
-    ratio = median(s["plant"] / s["pymunk"] for s in samples)
+    rows = []
+    for name in robot_names():
+        for what, title in (("tick", "a whole tick, recorded"), ("plant", "a step of the plant")):
+            us = 1e6 * median(s[f"{name} {what}"] for s in samples)
+            ratio = median(s[f"{name} {what}"] / s[f"{name} pymunk"] for s in samples)
+            value = f"{us:.1f} µs: {1000.0 / us:.0f} x real time, {ratio:.1f} bare pymunk steps"
+            rows.append(Row(f"{name}, {title}", value))
+    return rows
+
+
+def driving(name: str, ticks: int) -> Run:
+    """A run in which this robot is driven about all the time, by its own kind of transmitter, or by the core alone."""
+    bench = simulated(name)
+    profile, limits = bench.robot.rc, bench.robot.limits
+    transmitter = Transmitter(profile) if profile else None
+
+    def inputs(tick: int) -> TickInput:
+        forward, left = 0.6 * math.cos(tick / 300.0), 0.6 * math.sin(tick / 300.0)
+        if transmitter is None:
+            asked = BodyTwist(forward * limits.linear_mps, left * limits.linear_mps, 0.4 * limits.angular_radps)
+            return TickInput(core_twist=asked)
+        sticks = Sticks(forward, left, 0.4) if tick >= ARMING_TICKS else Sticks(aux1=100 <= tick < 200)
+        return TickInput(transmitter.step(tick, sticks))
+
+    return Run(name, bench, ticks, inputs, RunInfo(robot=name, profile=profile.name if profile else None))
+
+
+def measure_simulators(_order: random.Random, share: float = 1.0) -> Sample:
+    """Simulated seconds a CPU second, in one process; nothing where the others cannot be installed."""
+    import simulators
+
+    _, python = _environment(simulators.PACKAGES)
+    if python is None:
+        return {}
+    factors = simulators.measured(python, SIMULATED_S * share, 1)
+    return {name: values[0] for name, values in factors.items()}
+
+
+def report_simulators(samples: Sequence[Sample]) -> list[Row]:
+    """For orientation: they simulate other things (scripts/simulators.py says what)."""
+    import simulators
+
+    if not all(samples):
+        return [Row("the bench beside other simulators", "skipped: they cannot be installed here")]
+    factors = {name: [sample[name] for sample in samples] for name in samples[0]}
+    ratios = simulators.ratios(factors)
     return [
-        Row("plant step", f"{1e6 * median(s['plant'] for s in samples):.1f} µs"),
-        Row("  against a bare pymunk step of the same body", f"{ratio:.1f} x"),
+        Row(
+            f"simulated s per CPU s, {name}",
+            f"{median(values):.2f}" + (f": the bench is {ratios[name]:.2f} x as fast" if name in ratios else ""),
+        )
+        for name, values in factors.items()
     ]
 
 
@@ -218,7 +295,7 @@ def measure_peers(_order: random.Random, share: float = 1.0) -> Sample:
     """Microseconds a frame by "protocol reader"; nothing where the peers cannot be installed."""
     import peers
 
-    _, python = _peers_environment()
+    _, python = _environment(peers.PACKAGES)
     if python is None:
         return {}
     rows = peers.measured(python, max(2, round(PEER_FRAMES * share)), 1)
@@ -248,21 +325,22 @@ def report_peers(samples: Sequence[Sample]) -> list[Row]:
 
 
 @cache
-def _peers_environment() -> tuple[tempfile.TemporaryDirectory[str], Path | None]:
+def _environment(packages: tuple[str, ...]) -> tuple[tempfile.TemporaryDirectory[str], Path | None]:
     """One environment for all rounds; it goes when this process ends."""
     import peers
 
     folder = tempfile.TemporaryDirectory(prefix="wheelbench-peers-")
-    return folder, peers.environment(folder.name)
+    return folder, peers.environment(folder.name, packages)
 
 
 PIECES = {
     "demo": Piece(measure_demo, report_demo),
     "reference": Piece(measure_reference, report_reference),
     "help": Piece(measure_help, report_help),
-    "plant": Piece(measure_plant, report_plant),
+    "robots": Piece(measure_robots, report_robots),
     "decoders": Piece(measure_decoders, report_decoders),
     "peers": Piece(measure_peers, report_peers),
+    "simulators": Piece(measure_simulators, report_simulators),
 }
 
 
@@ -276,8 +354,8 @@ def heavy_imports() -> list[str]:
     return done.stdout.split()
 
 
-def _bare_space() -> pymunk.Space:
-    body = load_robot("m2006").body
+def _bare_space(robot: Robot) -> pymunk.Space:
+    body = robot.body
     space = pymunk.Space()
     disc = pymunk.Body(body.mass_kg, body.inertia_kgm2)
     disc.angular_velocity = 5.0

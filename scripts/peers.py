@@ -24,7 +24,7 @@ import sys
 import tempfile
 import time
 import venv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -308,16 +308,16 @@ def logging_off() -> None:
     logging.disable(logging.CRITICAL)
 
 
-def environment(folder: str, with_pip: bool = True) -> Path | None:
-    """Make a virtual environment that has the peers: its interpreter, or None where they cannot be installed."""
+def environment(folder: str, packages: Sequence[str] = PACKAGES, with_pip: bool = True) -> Path | None:
+    """Make a virtual environment that has these packages: its interpreter, or None where they cannot be installed."""
     print("installing the peers into a throw-away environment ...", file=sys.stderr)
     python = Path(folder) / ("Scripts" if os.name == "nt" else "bin") / "python"
-    pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *PACKAGES]
+    pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *packages]
     try:
         venv.create(folder, with_pip=with_pip)
         subprocess.run(pip, stdout=sys.stderr, check=True)
     except (OSError, subprocess.CalledProcessError):
-        print(f"the peers cannot be installed here: {' '.join(PACKAGES)}", file=sys.stderr)
+        print(f"the peers cannot be installed here: {' '.join(packages)}", file=sys.stderr)
         return None
     return python
 
