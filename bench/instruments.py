@@ -135,7 +135,7 @@ class EmulatedGyro:
         message = gyro(settings.can_id)
         self._can_id, self._pack = message.can_id, message.layout.pack
         self._bias_radps, self._noise_radps = settings.bias_radps, settings.rate_noise_radps
-        self._noise = Noise(settings.seed)
+        self._noise = NormalNumbers(settings.seed)
         self.turned_rad = 0.0
         """What it believes to have turned since power-up."""
 
@@ -149,8 +149,8 @@ class EmulatedGyro:
         return self._can_id, self._pack(rate_raw, math.floor(self.turned_rad * _COUNTS_PER_RAD) % HEADING_COUNTS)
 
 
-class Noise:
-    """Normal numbers of mean 0 and deviation 1, to 6 deviations: twelve even ones added up. The same everywhere.
+class NormalNumbers:
+    """Of mean 0 and deviation 1, to 6 deviations: twelve even ones added up. The same everywhere.
 
     The even ones are the upper bits of Knuth's 64-bit congruential generator (MMIX).
     """

@@ -16,7 +16,7 @@ from bench.check.recording import Recorder, RunInfo
 from bench.check.run import from_recording
 from bench.config import Gyro, Wheel, load_robot
 from bench.errors import UsageError
-from bench.instruments import EmulatedGyro, GyroBus, Noise, PassiveWheels
+from bench.instruments import EmulatedGyro, GyroBus, NormalNumbers, PassiveWheels
 from bench.kinematics import Kinematics, twist_from_document_002
 from bench.loop import Bench, simulated
 from bench.m2006 import encode_feedback
@@ -343,14 +343,14 @@ def test_a_printed_form_cannot_follow_a_gyro():
 
 
 def test_noise_is_normal_enough_and_follows_its_seed():
-    source = Noise(7)
+    source = NormalNumbers(7)
     numbers = [source.next() for _ in range(20_000)]
     mean = math.fsum(numbers) / len(numbers)
     variance = math.fsum((number - mean) ** 2 for number in numbers) / len(numbers)
     assert abs(mean) < 4 / math.sqrt(len(numbers))
     assert variance == pytest.approx(1.0, abs=4 * math.sqrt(2 / len(numbers)))
     assert math.fsum(abs(number) < 1.0 for number in numbers) / len(numbers) == pytest.approx(0.683, abs=0.015)
-    other, again = Noise(8), Noise(7)
+    other, again = NormalNumbers(8), NormalNumbers(7)
     assert numbers[:5] == [again.next() for _ in range(5)] != [other.next() for _ in range(5)]
 
 
