@@ -19,6 +19,7 @@ from typing import Any, TypeAlias
 from bench.check.fields import Value, distance, fields_of_pair, shown, shown_value, tolerance
 from bench.check.lines import (
     BASE_TO_CORE,
+    CAN_LOG,
     CORE_TO_BASE,
     FEEDBACK_IDS,
     RC,
@@ -126,7 +127,7 @@ class Comparison:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for --json."""
-        return {"ok": self.ok, "text": self.lines[0], **asdict(self)}
+        return {"ok": self.ok, "text": self.lines[0], **asdict(self), "causes": []}
 
 
 def compare(run: Recording, golden: Recording, tolerances: Mapping[str, float] | None = None) -> Comparison:
@@ -144,6 +145,8 @@ def compare(run: Recording, golden: Recording, tolerances: Mapping[str, float] |
             finder.add_wire(name.partition(".")[0], golden.content(name).count(b"\n") - header)
             continue
         identical = False
+        if name == CAN_LOG and finder.compare_can(golden, run, end):
+            continue
         expected, got = _Log(golden, name, end), _Log(run, name, end)
         for wire, frames in frames_by_wire(name, expected.lines[: expected.end]).items():
             finder.add_wire(wire, frames)
@@ -151,7 +154,7 @@ def compare(run: Recording, golden: Recording, tolerances: Mapping[str, float] |
             finder.compare_columns()
         for tick, before, after in _different_ticks(expected, got):
             finder.compare_tick(tick, before, after)
-    wires = sorted(finder.wires.values(), key=lambda summary: _rank(summary.wire))
+    wires = sorted(finder.wires.values(), key=lambda summary: rank(summary.wire))
     firsts = [wire.first for wire in wires if wire.first is not None]
     if run.ticks != golden.ticks:
         firsts.append(Difference(end, "run", "ticks", golden.ticks, run.ticks))
@@ -230,6 +233,32 @@ class _Finder:
         if before != after:
             self._found(0, STATE, "columns", " ".join(before), " ".join(after))
 
+    def compare_can(self, golden: Recording, run: Recording, end: int) -> bool:
+        """The whole can.log at once; False, and nothing is done, where one of them has to be read line by line."""
+        sides = golden.can_arrays, run.can_arrays
+        if sides[0] is None or sides[1] is None:
+            return False
+        # Imported here: numpy takes longer to load than two equal logs to be found equal.
+        from bench.check.can_compare import findings, tick_of
+
+        before, after = sides[0].until(end), sides[1].until(end)
+        tolerance_of = None if self._exact else self._tolerance
+        for name, wire in findings(before, after, golden.family, tolerance_of).items():
+            self.wires[name] = summary = WireSummary(name, wire.frames, wire.differing, None, wire.largest)
+            if wire.first_tick is not None:
+                one = self._alone()
+                one.compare_tick(
+                    wire.first_tick, *_without_start(*(tick_of(side, wire.first_tick) for side in (before, after)))
+                )
+                summary.first = one.wires[name].first
+        return True
+
+    def _alone(self) -> _Finder:
+        """Another finder with the same terms and nothing found."""
+        other = _Finder(None, self._columns, self._golden)
+        other._exact, other._tolerance = self._exact, self._tolerance
+        return other
+
     def compare_tick(self, tick: int, expected: list[WireData], got: list[WireData]) -> None:
         """What is left of one tick on both sides: frames of the same wire are held against each other in order."""
         before, after = _by_wire(expected), _by_wire(got)
@@ -238,7 +267,7 @@ class _Finder:
             orders = [" ".join(wire.removeprefix("can ") for wire, _ in side) for side in (expected, got)]
             self._found(tick, expected[0][0], "order", *orders)
             return
-        for wire in sorted({**before, **after}, key=_rank):
+        for wire in sorted({**before, **after}, key=rank):
             for one, other in zip_longest(before.get(wire, ()), after.get(wire, ())):
                 if one is None or other is None:
                     self._found(tick, wire, "frame", _whole(wire, one), _whole(wire, other))
@@ -254,7 +283,7 @@ class _Finder:
                 continue
             apart = distance(name, one, other)
             if apart is not None:
-                largest = self.wires[wire].largest
+                largest = self._summary(wire).largest
                 largest[name] = max(apart, largest.get(name, 0.0))
             if self._exact or apart is None or apart > self._tolerance(name):
                 beyond.append((name, one, other))
@@ -262,10 +291,21 @@ class _Finder:
             self._found(tick, wire, *beyond[0])
 
     def _found(self, tick: int, wire: str, name: str, expected: Value, got: Value) -> None:
-        summary = self.wires.setdefault(wire, WireSummary(wire, 0))
+        summary = self._summary(wire)
         summary.differing += 1
         if summary.first is None:
             summary.first = Difference(tick, wire, name, expected, got)
+
+    def _summary(self, wire: str) -> WireSummary:
+        return self.wires.setdefault(wire, WireSummary(wire, 0))
+
+
+def _without_start(expected: list[WireData], got: list[WireData]) -> tuple[list[WireData], list[WireData]]:
+    """What is left of a tick from the first frame on that is not the same."""
+    same = 0
+    while same < min(len(expected), len(got)) and expected[same] == got[same]:
+        same += 1
+    return expected[same:], got[same:]
 
 
 def _by_wire(frames: list[WireData]) -> dict[str, list[bytes]]:
@@ -275,7 +315,7 @@ def _by_wire(frames: list[WireData]) -> dict[str, list[bytes]]:
     return found
 
 
-def _rank(wire: str) -> tuple[int, str]:
+def rank(wire: str) -> tuple[int, str]:
     """The order of cause within one tick: inputs, commands and answers, then what came of them."""
     if wire.startswith("can 0x"):
         return (4 if can_id_of(wire) in FEEDBACK_IDS else 2), wire

@@ -76,15 +76,16 @@ def distance(name: str, expected: Value, got: Value) -> float | None:
     if not isinstance(expected, int | float) or not isinstance(got, int | float):
         return None
     apart = abs(expected - got)
-    turn = _turn(name)
-    if turn:
-        apart = min(apart % turn, turn - apart % turn)
+    whole = turn(name)
+    if whole:
+        apart = min(apart % whole, whole - apart % whole)
     # Recorded values have at most nine decimals that mean something; behind them stands the error of the subtraction.
     return round(apart, 9)
 
 
 @cache
-def _turn(name: str) -> float:
+def turn(name: str) -> float:
+    """After how much a field starts again; 0 where it never does."""
     return next((turn for ending, turn in _TURNS.items() if name.endswith(ending)), 0.0)
 
 

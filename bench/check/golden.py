@@ -14,7 +14,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bench import __version__
 from bench.check.compare import Comparison, compare
@@ -31,6 +31,9 @@ from bench.check.recording import (
     toml_lines,
     write_file,
 )
+
+if TYPE_CHECKING:
+    from bench.check.report import Report
 
 
 def pin(run_dir: Path | str, golden_dir: Path | str) -> Comparison | None:
@@ -74,6 +77,19 @@ def verdict(run: Recording, golden_dir: Path | str) -> Comparison:
     tolerances, note = how_exactly(golden)
     found = compare(run, golden, tolerances)
     return replace(found, notes=(note, *found.notes)) if note else found
+
+
+def told(run: Recording, golden_dir: Path | str) -> Comparison | Report:
+    """`verdict`, and where something differs also why: `bench.check.report`."""
+    found = verdict(run, golden_dir)
+    return found if found.ok else explained(run, golden_dir, found)
+
+
+def explained(run: Recording, golden_dir: Path | str, comparison: Comparison) -> Report:
+    """A comparison that found something, with its causes."""
+    from bench.check.report import report  # numpy comes with it, which a run that is as it was never needs
+
+    return report(run, Recording.open(golden_dir), comparison)
 
 
 def how_exactly(golden: Recording) -> tuple[Mapping[str, float] | None, str]:

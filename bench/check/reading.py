@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bench.arena import FIELD, Arena, load_arena
 from bench.canbus import c610
@@ -36,6 +36,9 @@ from bench.config import ConfigError, load_robot
 from bench.messages import TICK_US, CanFrame, TickOutput
 from bench.motors import family
 from bench.noise import Noise
+
+if TYPE_CHECKING:
+    from bench.check.arrays import CanArrays
 
 
 class Recording:
@@ -125,6 +128,15 @@ class Recording:
         entries = list(self.entries(CAN_LOG))
         ids = {wire: can_id_of(wire) for wire in {entry[1] for entry in entries}}
         return [(tick, ids[wire], data) for tick, wire, data in entries]
+
+    @cached_property
+    def can_arrays(self) -> CanArrays | None:
+        """The frames of can.log as columns; None where a line is not as we write it, or its time goes back."""
+        from bench.check.arrays import can_arrays  # numpy, which only a comparison needs
+
+        content = self.content(CAN_LOG)
+        found = can_arrays(content[: content.rfind(b"\n") + 1] if not content.endswith(b"\n") else content)
+        return None if found is None or found.goes_back else found
 
     @cached_property
     def commands(self) -> dict[int, tuple[CanFrame, ...]]:

@@ -22,11 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare; exit status 0 when nothing differs beyond what is allowed, 1 when something does."""
-    from bench.check.golden import verdict
+    from bench.check.golden import told
     from bench.check.reading import Recording
     from bench.demo import golden_directory
     from bench.errors import EXIT_FAILED, EXIT_OK
 
-    comparison = verdict(Recording.open(args.run), args.golden or golden_directory())
-    print(json.dumps(comparison.as_dict()) if args.json else "\n".join(comparison.lines))
-    return EXIT_OK if comparison.ok else EXIT_FAILED
+    golden = args.golden or golden_directory()
+    found = told(Recording.open(args.run), golden)
+    print(json.dumps(found.as_dict()) if args.json else "\n".join(found.lines))
+    return EXIT_OK if found.ok else EXIT_FAILED

@@ -1,0 +1,159 @@
+"""Why a run differs: the right cause, first, in words with units; nothing where nothing differs."""
+
+from __future__ import annotations
+
+import json
+import random
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.__main__ import main
+from bench.check.causes import causes
+from bench.check.reading import Recording
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
+
+import causes_bar
+from causes_bar import FAULTS, Log
+
+SECONDS = 3.2
+SEEDS = (3, 7)
+
+
+@pytest.fixture(scope="module")
+def golden(tmp_path_factory):
+    return causes_bar.drive("m2006", tmp_path_factory.mktemp("golden") / "m2006", SECONDS)
+
+
+@pytest.fixture(scope="module")
+def log(golden):
+    return Log.of(golden.directory, "m2006")
+
+
+def found(log: Log, golden: Recording, folder: Path):
+    log.write(folder / "run")
+    return causes(Recording.open(folder / "run"), golden)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_every_kind_of_fault_is_named_first(fault, golden, log, tmp_path):
+    """The whole bar (four robots, 20 seeds) is scripts/causes_bar.py."""
+    named = []
+    for seed in SEEDS:
+        changed = log.copy()
+        FAULTS[fault](changed, random.Random(f"{fault} {seed}"))
+        named.append(found(changed, golden, tmp_path)[0].kind)
+    assert named == [fault] * len(SEEDS)
+
+
+def between(log: Log, wire: str, first: int, end: int = 10**9):
+    return [row for row, (tick, _) in enumerate(log.wires[wire]) if first <= tick < end]
+
+
+def later(log: Log, *wires: str) -> None:
+    for wire in wires:
+        log.wires[wire] = [[t + 3 * (t >= 1800), data] for t, data in log.wires[wire] if t < log.ticks - 3]
+
+
+def swap(log: Log) -> None:
+    one, other = log.wires["202"], log.wires["203"]
+    for row in between(log, "202", 1800):
+        one[row], other[row] = other[row], one[row]
+
+
+def value(wire: str, name: str, change, first=1800, end=10**9):
+    def put(log: Log) -> None:
+        for row, old in log.numbers(wire, name):
+            if first <= log.wires[wire][row][0] < end:
+                log.put(wire, row, name, change(old))
+
+    return put
+
+
+def lose(log: Log) -> None:
+    del log.wires["200"][1800:1840]
+
+
+def halve(log: Log) -> None:
+    log.wires["201"] = [frame for frame in log.wires["201"] if frame[0] < 1800 or frame[0] % 2 == 0]
+
+
+SENTENCES = {
+    "the commands come 3 ms late from 1.800 s on": lambda log: later(log, "200"),
+    "the feedback of all ESCs comes 3 ms late from 1.800 s on": lambda log: later(log, "201", "202", "203"),
+    "wheel 2 and wheel 3 are swapped in the feedback from 1.800 s on": swap,
+    "speed in the feedback of ESC 1 is scaled by 0.9 from 1.800 s on": value(
+        "201", "speed", lambda old: round(0.9 * old)
+    ),
+    "the current of ESC 1 in the commands has the opposite sign from 1.800 s on": value(
+        "200", "slot1", lambda old: -old
+    ),
+    "angle in the feedback of ESC 3 is offset by +40 counts from 1.800 s on": value(
+        "203", "angle", lambda old: (old + 40) % 8192
+    ),
+    "the commands are dropped: 40 frames of the golden missing from 1.800 s to 1.839 s": lose,
+    "the feedback of ESC 1 comes every 2 ms instead of every 1 ms from 1.801 s on": halve,
+    "speed in the feedback of ESC 1 is quantised to steps of 64 rpm from 1.800 s to 2.799 s": value(
+        "201", "speed", lambda old: old // 64 * 64, end=2800
+    ),
+    "RC channel 0 is offset by -9 counts from 1.800 s on": value("rc>", "ch0", lambda old: old - 9),
+    "vx in the SLAMWARE requests has the opposite sign from 1.800 s on": value("slamware>", "vx", lambda old: -old),
+}
+
+
+@pytest.mark.parametrize("sentence", SENTENCES)
+def test_the_sentence_says_wheel_wire_unit_and_time(sentence, golden, log, tmp_path):
+    changed = log.copy()
+    SENTENCES[sentence](changed)
+    first = found(changed, golden, tmp_path)[0]
+    assert first.text == sentence
+    assert first.is_sure
+
+
+def test_nothing_differs_nothing_is_named(golden, log, tmp_path):
+    assert found(log.copy(), golden, tmp_path) == []
+
+
+def test_a_shorter_run_that_is_the_same_until_then(golden, tmp_path):
+    shorter = causes_bar.drive("m2006", tmp_path / "shorter", 1.0)
+    [cause] = causes(shorter, golden)
+    assert cause.text == "the run ends 2.200 s earlier than the golden; until then they are the same"
+
+
+def test_the_report_is_short_and_shows_frame_and_traces(golden, log, tmp_path, capsys):
+    changed = log.copy()
+    SENTENCES["speed in the feedback of ESC 1 is scaled by 0.9 from 1.800 s on"](changed)
+    changed.write(tmp_path / "run")
+    assert main(["check", str(tmp_path / "run"), str(golden.directory)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 40
+    assert lines[0].startswith("differs: speed in the feedback of ESC 1 is scaled by 0.9 from 1.800 s on (explains ")
+    assert lines[1].startswith("first: at 1.800 s (tick 1800) can 0x201: speed expected ")
+    speed = next(line for line in lines if line.startswith("  speed  "))
+    _, before, _, after, *_ = speed.split()
+    assert int(after) == round(0.9 * int(before))
+    assert speed.endswith("  <")
+    assert sum(any(0x2800 < ord(character) < 0x2900 for character in line) for line in lines) >= 2
+    assert any(line.strip() == "^ 1.800 s" for line in lines)
+
+
+def test_the_report_for_machines(golden, log, tmp_path, capsys):
+    changed = log.copy()
+    swap(changed)
+    changed.write(tmp_path / "run")
+    assert main(["check", str(tmp_path / "run"), str(golden.directory), "--json"]) == 1
+    said = json.loads(capsys.readouterr().out)
+    lead = said["causes"][0]
+    assert (lead["kind"], lead["wires"], lead["first_tick"], lead["last_tick"]) == (
+        "swapped",
+        ["can 0x202", "can 0x203"],
+        1800,
+        None,
+    )
+    assert said["first"]["wire"] == "can 0x202"
+    assert {cell["field"] for cell in said["frame"]} == {"angle", "speed", "current"}
+    assert len(said["waveform"]["golden"]) == len(said["waveform"]["run"])
+    assert main(["check", str(golden.directory), str(golden.directory), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["causes"] == []
