@@ -43,10 +43,14 @@ Pairs = Mapping[str, tuple[Trace, Trace]]
 
 GOOD = 0.6
 """A score from which a cause is said without a "perhaps"."""
+_BEYOND_DOUBT = 0.9
+"""A score from which the next best explanation of the same wire is not worth a line."""
 _EARLY = ((400, 0.9), (100, 0.8), (30, 0.7))
 """Ticks from the first difference on, and what an explanation of these alone is worth."""
 _FEWEST = 8
 """Fewer differences than this in the first moments say nothing."""
+_FEWEST_ROWS = 3
+"""What two frames have in common is chance: lost or doubled they may be, but not late, stuck or exchanged."""
 _MOST = 8
 
 
@@ -239,6 +243,8 @@ class _Seen:
 
     def of_frames(self, golden: Ints, run: Ints) -> Iterator[Cause]:
         """Whole frames, by their bytes alone."""
+        if self.differ.sum() < _FEWEST_ROWS:
+            return
         first, last = _span(self.differ)
         stretch = Stretch(golden[: last + 1], run[: last + 1], first)
         found = late(stretch)
@@ -278,6 +284,8 @@ class _Seen:
 
     def swapped_fields(self, columns: Mapping[str, _Column]) -> Iterator[Cause]:
         """Fields that carry each other's values: two of one unit, or all of wheel 2 and wheel 3."""
+        if self.differ.sum() < _FEWEST_ROWS:
+            return
         differing = {name for name, column in columns.items() if column.differ.any()}
         for pairs in _exchangeable(differing):
             involved = {name for pair in pairs for name in pair}
@@ -434,7 +442,8 @@ def _ranked(of_wires: list[list[Cause]], between: list[Cause]) -> list[Cause]:
             merged[merged.index(same)] = _merged(same, cause)
     rivals = [one for found in of_wires if found[0].wires[0] == (order[0] if order else "") for one in found]
     rivals = [one for one in _sorted([*rivals, *between]) if order[0] in one.wires and one not in best.values()]
-    return [*merged[:1], *(one for one in rivals[:2] if one.score > 0.3), *merged[1:]][:_MOST]
+    doubted = merged[0].score < _BEYOND_DOUBT
+    return [*merged[:1], *(one for one in rivals[:2] if doubted and one.score > 0.3), *merged[1:]][:_MOST]
 
 
 def _is_same(one: Cause, other: Cause) -> bool:

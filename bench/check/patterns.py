@@ -18,6 +18,7 @@ from bench.check.traces import Ints
 Wrong: TypeAlias = NDArray[np.bool_]
 
 LONGEST_LAG_FRAMES = 250
+_FEWEST = 3
 _FEW = 8
 """With fewer frames than this, noise is not told from anything else."""
 
@@ -48,7 +49,9 @@ class Stretch(NamedTuple):
 
 
 def patterns(stretch: Stretch) -> Iterator[Pattern]:
-    """Every pattern that fits somewhat."""
+    """Every pattern that fits somewhat; none for so few frames that anything fits."""
+    if (stretch.apart != 0).sum() < _FEWEST:
+        return
     for find in (flipped, stuck, offset, scaled, quantised, late, noise):
         found = find(stretch)
         if found is not None:

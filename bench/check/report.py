@@ -89,10 +89,14 @@ class Report:
         if found.first is None or not self.causes:
             return found.lines
         lead, *others = self.causes
-        lines = [f"differs: {_said(lead)}"]
-        lines += [f"   also: {_said(cause)}" for cause in others[:_MOST_OTHERS]]
+        # Where no cause has a name, the first difference itself says most.
+        is_named = lead.kind != "changed"
+        lines = [f"differs: {_said(lead) if is_named else found.first.text}"]
+        for cause in others[:_MOST_OTHERS]:
+            lines.append(f"{'or' if set(cause.wires) & set(lead.wires) else 'also':>7}: {_said(cause)}")
         lines += [f"note: {note}" for note in found.notes]
-        lines += [f"first: {found.first.text}", *self._table()]
+        lines += [f"first: {found.first.text}"] if is_named else []
+        lines += self._table()
         lines += self.picture.lines if self.picture else []
         room = MAX_LINES - len(lines)
         wires = [f"  {wire.text}" for wire in sorted(found.wires, key=lambda wire: wire.first is None)]
