@@ -20,6 +20,7 @@ import importlib
 import importlib.abc
 import importlib.util
 import json
+import math
 import os
 import resource
 import select
@@ -28,7 +29,7 @@ import sys
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, NamedTuple, TypeVar
@@ -39,8 +40,9 @@ SURVIVED, UNREACHED, KILLED, HUNG = "survived", "unreached", "killed", "hung"
 ANEW = "anew"
 """Not yet tried: must be imported anew."""
 MARK = "__ran__"
-TEST_CPU_S = 5
-"""A test that takes longer under a mutant hangs; alone the slowest takes less than two."""
+TEST_CPU_S, TIMES = 2, 4
+"""A test that takes so much longer under a mutant than so often its usual time hangs."""
+UNKNOWN_S = 10.0
 IMPORT_CPU_S = 20
 FORK_WALL_S = 300
 """A fork that only waits hangs too."""
@@ -71,6 +73,10 @@ class Trial(NamedTuple):
     """The test that killed it."""
 
 
+class Broken(Exception):
+    """Tests fail without any mutant: nothing can be told."""
+
+
 # --- forks ---------------------------------------------------------------------------------------------------------
 
 
@@ -82,9 +88,15 @@ class Ended(NamedTuple):
     signal: int = 0
 
     @property
-    def failed(self) -> str:
-        """The verdict on a mutant whose fork gave no answer."""
-        return HUNG if self.signal in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL) else KILLED
+    def trial(self) -> Trial:
+        """What it says about the mutant that it tried: it answers which test failed."""
+        if self.raised:
+            raise Broken(self.raised)
+        if self.answer is None:
+            return Trial(HUNG if self.signal in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL) else KILLED)
+        if self.answer == ANEW:
+            return Trial(ANEW)
+        return Trial(KILLED, self.answer) if self.answer else Trial(SURVIVED)
 
 
 def forks(jobs: int, pieces: Iterable[Piece], task: Callable[[Piece], object]) -> Iterator[tuple[Piece, Ended]]:
@@ -129,11 +141,11 @@ def _in_fork(write: int, task: Callable[[Piece], object], piece: Piece) -> None:
         os._exit(0)
 
 
-def _limit(cpu_s: int) -> None:
+def _limit(cpu_s: float) -> None:
     """End this process if it takes so much time from now on, waits for ever, or eats the machine's memory."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
-    resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time()) + 1 + cpu_s, resource.RLIM_INFINITY))
+    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + cpu_s), resource.RLIM_INFINITY))
     signal.alarm(FORK_WALL_S)
 
 
@@ -201,10 +213,11 @@ class Killers:
         self.all: Counter[str] = Counter()
         self.near: Counter[tuple[str, str]] = Counter()
 
-    def add(self, mutant: Mutant, test: str) -> None:
-        """This test killed it."""
-        self.all[test] += 1
-        self.near[mutant.function, test] += 1
+    def add(self, mutant: Mutant, trial: Trial) -> None:
+        """What became of a mutant."""
+        if trial.verdict == KILLED:
+            self.all[trial.by] += 1
+            self.near[mutant.function, trial.by] += 1
 
     def sorted(self, mutant: Mutant, tests: Iterable[str]) -> list[str]:
         """Those that killed neighbours, those that killed others, those that are quick."""
@@ -248,10 +261,10 @@ class Loaded:
         if report.failed:
             self.failed = report.nodeid
 
-    def run(self, tests: Iterable[str]) -> str:
+    def run(self, tests: Iterable[str], seconds: Mapping[str, float]) -> str:
         """One after the other, each with fixtures of its own, until one fails: that one."""
         for test in tests:
-            _limit(TEST_CPU_S)
+            _limit(TEST_CPU_S + TIMES * seconds.get(test, UNKNOWN_S))
             item = self.tests[test]
             item.ihook.pytest_runtest_protocol(item=item, nextitem=None)
             if self.failed:
@@ -272,15 +285,19 @@ def _load(root: Path, files: Iterable[str], then: Callable[[Loaded], object]) ->
 # --- a module's mutants --------------------------------------------------------------------------------------------
 
 
-class Broken(Exception):
-    """Tests fail without any mutant: nothing can be told."""
-
-
 class Module:
-    """One module, its tests, and the trial of its mutants."""
+    """One module, its tests, and the trial of its mutants; `tell` hears early what became of each, in any process."""
 
-    def __init__(self, root: Path, path: str, files: Sequence[str], tree: ast.Module, made: Sequence[Mutant]) -> None:
-        self.root, self.files, self.tree, self.made = root, files, tree, made
+    def __init__(
+        self,
+        root: Path,
+        path: str,
+        files: Sequence[str],
+        tree: ast.Module,
+        made: Sequence[Mutant],
+        tell: Callable[[Mutant, Trial], None] = lambda mutant, trial: None,
+    ) -> None:
+        self.root, self.files, self.tree, self.made, self.tell = root, files, tree, made, tell
         self.file = str(root / path)
         self.name = path.removesuffix(".py").replace("/", ".")
 
@@ -294,8 +311,7 @@ class Module:
         trials = {number: Trial(*trial) for number, trial in ended.answer["trials"]}
         killers = Killers(ended.answer["seconds"])
         for number, trial in trials.items():
-            if trial.verdict == KILLED:
-                killers.add(self.made[number], trial.by)
+            killers.add(self.made[number], trial)
         anew = [number for number, trial in trials.items() if trial.verdict == ANEW]
         trials.update(self._try_anew(anew, killers, jobs))
         return trials
@@ -311,7 +327,7 @@ class Module:
         def alone(loaded: Loaded, test: str) -> tuple[str, list[int], float]:
             ran.clear()
             begun = time.process_time()
-            return loaded.run([test]), sorted(ran), time.process_time() - begun
+            return loaded.run([test], {}), sorted(ran), time.process_time() - begun
 
         def then(loaded: Loaded) -> None:
             while_loading = ran.copy()
@@ -323,7 +339,10 @@ class Module:
                     return
                 lines[test], seconds[test] = set(ended.answer[1]), ended.answer[2]
             answer["seconds"] = seconds
-            answer["trials"] = list(self._try_in_place(numbers, jobs, loaded, while_loading, lines, Killers(seconds)))
+            trials = answer["trials"] = []
+            for number, trial in self._try_in_place(numbers, jobs, loaded, while_loading, lines, Killers(seconds)):
+                trials.append((number, trial))
+                self.tell(self.made[number], trial)
 
         answer["failed"] = _load(self.root, self.files, then)
         return answer
@@ -348,7 +367,7 @@ class Module:
             mutant.apply()  # the tree of this process is its own
             if not put_in_place(functions, ast.fix_missing_locations(self.tree), self.file):
                 return ANEW
-            return loaded.run(killers.sorted(mutant, tests_of(mutant)))
+            return loaded.run(killers.sorted(mutant, tests_of(mutant)), killers.seconds)
 
         here = []
         for number in numbers:
@@ -360,15 +379,8 @@ class Module:
             else:
                 here.append(number)
         for number, ended in forks(jobs, here, task):
-            if ended.answer is None:
-                yield number, Trial(ended.failed)
-            elif ended.answer == ANEW:
-                yield number, Trial(ANEW)
-            elif ended.answer:
-                killers.add(self.made[number], ended.answer)
-                yield number, Trial(KILLED, ended.answer)
-            else:
-                yield number, Trial(SURVIVED)
+            killers.add(self.made[number], ended.trial)
+            yield number, ended.trial
 
     def _try_anew(self, numbers: Sequence[int], killers: Killers, jobs: int) -> dict[int, Trial]:
         """Import each mutant and load the tests, file by file: the one that kills most first."""
@@ -383,16 +395,15 @@ class Module:
                 if ended.answer != "":
                     raise Broken(ended.answer or ended.raised or f"{name} ended by signal {ended.signal}")
             for number, ended in forks(jobs, left, lambda number: self._anew(number, name, killers)):  # noqa: B023
-                if ended.answer is None:
-                    trials[number] = Trial(ended.failed)
-                elif ended.answer:
-                    killers.add(self.made[number], ended.answer)
-                    trials[number] = Trial(KILLED, ended.answer)
+                trials[number] = ended.trial
+                killers.add(self.made[number], ended.trial)
+        for number, trial in trials.items():
+            self.tell(self.made[number], trial)
         return trials
 
     def _as_it_is(self, name: str) -> str:
-        """In a fork: one file of tests, nothing changed; the test that fails."""
-        return _load(self.root, [name], lambda loaded: loaded.run(loaded.tests))
+        """In a fork: whether one file of tests can be loaded where nothing is changed."""
+        return _load(self.root, [name], lambda loaded: None)
 
     def _anew(self, number: int, name: str, killers: Killers) -> str:
         """In a fork: one mutant, one file of tests; the test that fails."""
@@ -401,7 +412,9 @@ class Module:
         mutant = self.made[number]
         mutant.apply()
         sys.meta_path.insert(0, Only(self.name, self.file, ast.fix_missing_locations(self.tree)))
-        return _load(self.root, [name], lambda loaded: loaded.run(killers.sorted(mutant, loaded.tests)))
+        return _load(
+            self.root, [name], lambda loaded: loaded.run(killers.sorted(mutant, loaded.tests), killers.seconds)
+        )
 
 
 def load_tools(root: Path) -> None:

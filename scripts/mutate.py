@@ -14,6 +14,7 @@ status 1 where one has none, or where a reason's mutant is gone or killed.
 from __future__ import annotations
 
 import argparse
+import os
 import random
 import sys
 import time
@@ -22,11 +23,12 @@ from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
-from mutant_trial import HUNG, KILLED, UNREACHED, Broken, Module, load_tools
-from mutants import mutants
+from mutant_trial import HUNG, KILLED, SURVIVED, UNREACHED, Broken, Module, Trial, load_tools
+from mutants import Mutant, mutants
 
 ROOT = Path(__file__).resolve().parent.parent
 REASONS = Path(__file__).resolve().with_name("mutate_reasons.toml")
+SAYS = {SURVIVED: "survives without a reason", UNREACHED: "no test runs it"}
 
 RC = ("test_rc_vectors", "test_rc_corners", "test_rc_mutants", "test_rc_streams", "test_rc_decode")
 MOTORS = ("test_m2006", "test_can_ends", "test_dm3519", "test_bus_watch")
@@ -76,9 +78,14 @@ def report(name: str, sample: int, seed: int, jobs: int, match: str, known: dict
     chosen = [number for number, mutant in enumerate(made) if match in mutant.name]
     if 0 < sample < len(chosen):
         chosen = sorted(random.Random(seed).sample(chosen, sample))
-    begun = time.monotonic()
+    begun, out = time.monotonic(), os.dup(1)
+
+    def tell(mutant: Mutant, trial: Trial) -> None:
+        if trial.verdict in SAYS and mutant.name not in known:
+            os.write(out, f"    {name}, line {mutant.line}, {SAYS[trial.verdict]}: {mutant.name}\n".encode())
+
     try:
-        trials = Module(ROOT, target.path, target.tests, tree, made).try_all(chosen, jobs)
+        trials = Module(ROOT, target.path, target.tests, tree, made, tell).try_all(chosen, jobs)
     except Broken as broken:
         print(f"{name}: its tests fail without any mutant, nothing can be told: {broken}", flush=True)
         return 1
@@ -90,9 +97,6 @@ def report(name: str, sample: int, seed: int, jobs: int, match: str, known: dict
         f"{time.monotonic() - begun:>7.0f}",
         flush=True,
     )
-    for number in without:
-        met = "no test runs it" if trials[number].verdict == UNREACHED else "survived without a reason"
-        print(f"    {met}: line {made[number].line}, {made[number].name}", flush=True)
     # A reason whose mutant is gone or killed says nothing any more.
     noticed = {made[number].name for number in chosen} - {made[number].name for number in left}
     gone = [one for one in known if one in noticed or one not in {mutant.name for mutant in made}]

@@ -206,7 +206,7 @@ import mutant_trial, mutants
 root = pathlib.Path(sys.argv[2])
 mutant_trial.TOOLS = ("pytest", "hypothesis")
 mutant_trial.load_tools(root)
-mutant_trial.TEST_CPU_S = 0
+mutant_trial.TEST_CPU_S = 1
 tree, made = mutants.mutants((root / "tried.py").read_text())
 asked = sys.argv[3:]
 chosen = [number for number, mutant in enumerate(made) if mutant.name in asked]
