@@ -3,11 +3,12 @@
 import json
 import os
 import random
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bench.messages import RcFrame, RcLinkStatistics, RcOther
+from bench.messages import RcFrame, RcLinkStatistics, RcNoise, RcOther
 
 KNOWN_RC = Path(__file__).parent.parent / "fixtures" / "known" / "rc"
 
@@ -173,6 +174,22 @@ def check_partition(events: list[Any], length: int) -> None:
         assert event.length > 0
         at += event.length
     assert at == length
+
+
+def check_counters(counters: Any, events: list[Any]) -> None:
+    """Every event is counted once, under its own name, and noise under its reason."""
+    frames = [event for event in events if isinstance(event, RcFrame)]
+    assert counters.frames == len(frames)
+    assert counters.failsafe == sum(frame.failsafe for frame in frames)
+    assert counters.frame_lost == sum(frame.frame_lost for frame in frames)
+    assert counters.link_statistics == sum(isinstance(event, RcLinkStatistics) for event in events)
+    assert counters.others == len(others_of(events))
+    noise = [event for event in events if isinstance(event, RcNoise)]
+    assert counters.noise_events == Counter(event.reason for event in noise)
+    lengths: Counter[str] = Counter()
+    for event in noise:
+        lengths[event.reason] += event.length
+    assert counters.noise_bytes == lengths
 
 
 # --- damage ------------------------------------------------------------------------------------------------------

@@ -7,11 +7,14 @@ import streams
 
 from bench import rc_decode
 from bench.messages import RcFrame, RcLinkStatistics, RcNoise, RcOther
-from bench.rc import crsf, sbus
+from bench.rc import crsf, ibus, sbus
 
 
 def decode(protocol, data):
-    return streams.feed_whole(rc_decode.decoder(protocol), data)
+    decoder = rc_decode.decoder(protocol)
+    events = streams.feed_whole(decoder, data)
+    streams.check_counters(decoder.counters, events)
+    return events
 
 
 def sbus2(footer, raw=1024):
@@ -167,6 +170,35 @@ def test_ibus_failsafe_marks_every_channel_it_is_encoded_with():
     decoder = rc_decode.decoder("ibus")
     assert decoder.feed(data) == [RcFrame(0, 32, (1500,) * 14, True)]
     assert decoder.counters.failsafe == 1
+
+
+def ibus_frame(words):
+    body = b"\x20\x40" + b"".join(word.to_bytes(2, "little") for word in words)
+    return body + (0xFFFF - sum(body)).to_bytes(2, "little")
+
+
+def test_sensor_polls_between_ibus_frames_are_neither_channels_nor_noise():
+    frame = rc_decode.encode("ibus", (1500,) * 14)
+    data = frame + bytes.fromhex("04 81 7a ff  04 91 6a ff") + frame
+    polls = [RcOther(32, 4, "poll 0x81"), RcOther(36, 4, "poll 0x91")]
+    events = decode("ibus", data)
+    assert events == [RcFrame(0, 32, (1500,) * 14), *polls, RcFrame(40, 32, (1500,) * 14)]
+    streams.check_stream(lambda: rc_decode.decoder("ibus"), data, events)
+
+
+def test_four_more_ibus_channels_are_built_of_three_nibbles_each_lowest_first():
+    words = [1500] * 14
+    for i, more in enumerate((0xABC, 0x123, 0xFED, 0x456)):
+        for k in range(3):
+            words[3 * i + k] |= (more >> 4 * k & 0xF) << 12
+    (frame,) = ibus.IbusDecoder(eighteen=True).feed(ibus_frame(words))
+    assert frame == RcFrame(0, 32, (*(1500,) * 14, 0xABC, 0x123, 0xFED, 0x456))
+
+
+@pytest.mark.parametrize("word", [0x1000, 0x1001, 0x5FFF, 0xBFFF, 0xD000])
+def test_an_ibus_channel_is_the_lower_12_bits_and_only_0xc_above_them_is_a_failsafe(word):
+    (frame,) = decode("ibus", ibus_frame([word, *[1500] * 13]))
+    assert frame == RcFrame(0, 32, (word & 0xFFF, *[1500] * 13))
 
 
 # --- DBUS --------------------------------------------------------------------------------------------------------

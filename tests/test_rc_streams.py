@@ -73,6 +73,16 @@ def test_in_ticks_of_a_millisecond_every_listed_frame_is_seen_and_no_other(strea
     assert not decoder.pending
 
 
+def test_counters_are_the_sums_of_the_events(stream):
+    decoder = make(stream)
+    events = streams.feed_whole(decoder, stream.data)
+    streams.check_counters(decoder.counters, events)
+    assert decoder.counters.frames == len(stream.frames)
+    assert decoder.counters.failsafe == sum(failsafe for *_, failsafe, _ in stream.frames)
+    assert decoder.counters.frame_lost == sum(lost for *_, lost in stream.frames)
+    assert decoder.counters.link_statistics == len(stream.statistics)
+
+
 def test_read_sizes_of_a_real_driver_change_nothing(captures):
     stream = read_stream(captures / "rc" / "crsf-tbs-1")
     sizes = json.loads((captures / "rc" / "crsf-tbs-1.json").read_text())["timing"]["read_sizes"]
