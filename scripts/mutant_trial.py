@@ -206,10 +206,10 @@ def put_in_place(functions: Sequence[FunctionType], tree: ast.Module, file: str)
 
 
 class Killers:
-    """Which tests killed how many mutants: the likeliest go first."""
+    """Which tests killed how many mutants: the likeliest go first, those that take `under_s` or longer not at all."""
 
-    def __init__(self, seconds: dict[str, float]) -> None:
-        self.seconds = seconds
+    def __init__(self, seconds: dict[str, float], under_s: float) -> None:
+        self.seconds, self.under_s = seconds, under_s
         self.all: Counter[str] = Counter()
         self.near: Counter[tuple[str, str]] = Counter()
 
@@ -222,7 +222,8 @@ class Killers:
     def sorted(self, mutant: Mutant, tests: Iterable[str]) -> list[str]:
         """Those that killed neighbours, those that killed others, those that are quick."""
         return sorted(
-            tests, key=lambda test: (-self.near[mutant.function, test], -self.all[test], self.seconds.get(test, 0.0))
+            (test for test in tests if self.seconds.get(test, 0.0) < self.under_s),
+            key=lambda test: (-self.near[mutant.function, test], -self.all[test], self.seconds.get(test, 0.0)),
         )
 
 
@@ -301,22 +302,22 @@ class Module:
         self.file = str(root / path)
         self.name = path.removesuffix(".py").replace("/", ".")
 
-    def try_all(self, chosen: Sequence[int], jobs: int) -> dict[int, Trial]:
+    def try_all(self, chosen: Sequence[int], jobs: int, under_s: float = math.inf) -> dict[int, Trial]:
         """Number of each chosen mutant -> what became of it."""
-        (_, ended), *_ = forks(1, [chosen], lambda numbers: self._loaded(numbers, jobs))
+        (_, ended), *_ = forks(1, [chosen], lambda numbers: self._loaded(numbers, jobs, under_s))
         if ended.answer is None:
             raise Broken(ended.raised or f"ended by signal {ended.signal}")
         if ended.answer["failed"]:
             raise Broken(ended.answer["failed"])
         trials = {number: Trial(*trial) for number, trial in ended.answer["trials"]}
-        killers = Killers(ended.answer["seconds"])
+        killers = Killers(ended.answer["seconds"], under_s)
         for number, trial in trials.items():
             killers.add(self.made[number], trial)
         anew = [number for number, trial in trials.items() if trial.verdict == ANEW]
         trials.update(self._try_anew(anew, killers, jobs))
         return trials
 
-    def _loaded(self, numbers: Sequence[int], jobs: int) -> dict[str, object]:
+    def _loaded(self, numbers: Sequence[int], jobs: int, under_s: float) -> dict[str, object]:
         """In a fork: load every test, note what each runs, and try what can be changed in place."""
         answer: dict[str, object] = {"failed": "", "trials": [], "seconds": {}}
         ran: set[int] = set()
@@ -340,7 +341,8 @@ class Module:
                 lines[test], seconds[test] = set(ended.answer[1]), ended.answer[2]
             answer["seconds"] = seconds
             trials = answer["trials"] = []
-            for number, trial in self._try_in_place(numbers, jobs, loaded, while_loading, lines, Killers(seconds)):
+            killers = Killers(seconds, under_s)
+            for number, trial in self._try_in_place(numbers, jobs, loaded, while_loading, lines, killers):
                 trials.append((number, trial))
                 self.tell(self.made[number], trial)
 

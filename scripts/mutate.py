@@ -14,6 +14,7 @@ status 1 where one has none, or where a reason's mutant is gone or killed.
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import random
 import sys
@@ -71,13 +72,13 @@ def read_reasons(path: Path = REASONS) -> dict[str, dict[str, str]]:
     }
 
 
-def report(name: str, sample: int, seed: int, jobs: int, match: str, known: dict[str, str]) -> int:
+def report(name: str, given: argparse.Namespace, known: dict[str, str]) -> int:
     """Try a module's mutants and print what became of them; how many survivors and reasons have not each other."""
     target = TARGETS[name]
     tree, made = mutants((ROOT / target.path).read_text())
-    chosen = [number for number, mutant in enumerate(made) if match in mutant.name]
-    if 0 < sample < len(chosen):
-        chosen = sorted(random.Random(seed).sample(chosen, sample))
+    chosen = [number for number, mutant in enumerate(made) if given.match in mutant.name]
+    if 0 < given.sample < len(chosen):
+        chosen = sorted(random.Random(given.seed).sample(chosen, given.sample))
     begun, out = time.monotonic(), os.dup(1)
 
     def tell(mutant: Mutant, trial: Trial) -> None:
@@ -85,7 +86,7 @@ def report(name: str, sample: int, seed: int, jobs: int, match: str, known: dict
             os.write(out, f"    {name}, line {mutant.line}, {SAYS[trial.verdict]}: {mutant.name}\n".encode())
 
     try:
-        trials = Module(ROOT, target.path, target.tests, tree, made, tell).try_all(chosen, jobs)
+        trials = Module(ROOT, target.path, target.tests, tree, made, tell).try_all(chosen, given.jobs, given.under)
     except Broken as broken:
         print(f"{name}: its tests fail without any mutant, nothing can be told: {broken}", flush=True)
         return 1
@@ -113,6 +114,7 @@ def main() -> int:
     parser.add_argument("--sample", type=int, default=0, help="so many mutants a module; 0: all")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
+    parser.add_argument("--under", type=float, default=math.inf, help="a first look: only tests that take less s")
     parser.add_argument("--list", action="store_true", help="name the mutants and run nothing")
     given = parser.parse_args()
     names = [name for name in given.only.split(",") if name] or list(TARGETS)
@@ -129,7 +131,7 @@ def main() -> int:
         f"{'module':<11}{'mutants':>8}{'run':>6}{'killed':>8}{'hung':>6}{'survived':>10}{'no reason':>11}{'s':>7}",
         flush=True,
     )
-    bad = [report(name, given.sample, given.seed, given.jobs, given.match, reasons.get(name, {})) for name in names]
+    bad = [report(name, given, reasons.get(name, {})) for name in names]
     return 1 if any(bad) else 0
 
 
