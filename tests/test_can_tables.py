@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bench.canbus import c610, dm3519, instruments
 from bench.canbus.dbc import dbc
-from bench.canbus.table import Field, Message
+from bench.canbus.table import Field, Message, byte_table
 
 # Each message is a case of its own, and a family has eight that differ in their identifier alone: 20 examples for each.
 
@@ -103,8 +103,11 @@ def test_what_is_out_of_range_is_refused_by_name_value_and_limits(message):
             with pytest.raises(ValueError, match=rf"{field.name} {wrong} outside {field.low}\.\.{field.high}"):
                 message.encode(values)
             assert message.outside(values) == (field.key,)
+    assert message.outside([field.high for field in message.variables]) == ()
     with pytest.raises(ValueError, match=f"has {len(fitting)} values"):
         message.encode([*fitting, 0])
+    with pytest.raises(ValueError, match="zip"):
+        message.outside([*fitting, 0])
 
 
 def test_a_peers_values_out_of_range_are_shown_as_they_are():
@@ -200,6 +203,19 @@ def test_scales():
 def test_a_table_that_cannot_be_is_refused(fields, says):
     with pytest.raises(ValueError, match=says):
         Message("M", 0x123, "A", ("B",), fields)
+
+
+def test_a_byte_table_shows_what_no_field_uses():
+    fields = (Field("a", 2, 1, False, 0, 9), Field("b", 5, 2, True, -1, 1, about="of something"))
+    message = Message("M", 0x123, "A", ("B",), fields)
+    assert byte_table(message)[2:] == [
+        "| 0-1 | | | sent as 0 | | not used |",
+        "| 2 | a | u8 | 0 .. 9 |  |  |",
+        "| 3-4 | | | sent as 0 | | not used |",
+        "| 5-6 | b | i16 | -1 .. 1 |  | of something |",
+        "| 7 | | | sent as 0 | | not used |",
+    ]
+    assert message.encode((7, -1)) == bytes.fromhex("0000 07 0000 FFFF 00")
 
 
 def test_an_identifier_that_cannot_be_is_refused():
