@@ -327,8 +327,7 @@ class Module:
 
         def alone(loaded: Loaded, test: str) -> tuple[str, list[int], float]:
             ran.clear()
-            begun = time.process_time()
-            return loaded.run([test], {}), sorted(ran), time.process_time() - begun
+            return loaded.run([test], {}), sorted(ran), sum(os.times()[:4])  # with the commands that it starts
 
         def then(loaded: Loaded) -> None:
             while_loading = ran.copy()
