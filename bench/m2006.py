@@ -294,7 +294,6 @@ class EmulatedEscs:
     __slots__ = (
         "_currents_a",
         "_filter",
-        "_groups",
         "_heard",
         "_knows_quick_id",
         "_last_words",
@@ -331,7 +330,6 @@ class EmulatedEscs:
             for wheel, (can_id, raw_per_a) in enumerate(zip(wiring.can_ids, wiring.raw_per_a, strict=True))
         )
         self._last_words = [0] * count
-        self._groups = len(wiring.command_ids)
         self._max_raw = family.full_scale_raw
         self._knows_quick_id = family.message(QUICK_ID) is not None
         self.malformed_frames = 0
@@ -360,7 +358,7 @@ class EmulatedEscs:
                     raw = max_raw if raw > 0 else min_raw
                 currents_a[wheel] = raw / raw_per_a
                 self._heard[wheel] = tick
-        if len(frames) > self._groups:
+        if len(frames) > 1:
             self._look_for_two_controllers(tick, frames)
         if self._timeout_ticks is not None:
             for wheel, heard in enumerate(self._heard):

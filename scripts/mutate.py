@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parent.parent
 REASONS = Path(__file__).resolve().with_name("mutate_reasons.toml")
 SAYS = {SURVIVED: "survives without a reason", UNREACHED: "no test runs it"}
 
-RC = ("test_rc_vectors", "test_rc_corners", "test_rc_mutants", "test_rc_streams", "test_rc_decode")
+RC = ("test_rc_vectors", "test_rc_corners", "test_rc_mutants", "test_rc_streams", "test_rc_dbus", "test_rc_decode")
 MOTORS = ("test_m2006", "test_can_ends", "test_dm3519", "test_bus_watch")
 TABLES = ("test_m2006", "test_can_docs", "test_can_tables")
 SLAMWARE = ("test_slamware_base", "test_slamware_core", "test_slamware_reference", "test_slamware_sub_commands")

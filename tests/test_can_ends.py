@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from bench.canbus.watch import Kind
-from bench.config import load_robot
+from bench.config import Gyro, load_robot
 from bench.m2006 import EmulatedEscs, MotorBus, encode_command, encode_feedback
 
 ROBOT = load_robot("m2006")
@@ -79,6 +79,14 @@ def test_two_programs_that_each_fill_their_own_slot_stop_each_others_motors_and_
     assert (finding.kind, finding.can_id, finding.first_tick) == (Kind.TWO_SENDERS, 0x200, 7)
 
 
+def test_a_second_controller_is_seen_where_nobody_commands_the_other_group():
+    wheels = tuple(replace(wheel, can_id=can_id) for wheel, can_id in zip(ROBOT.wheels, (1, 2, 5), strict=True))
+    escs = EmulatedEscs(replace(ROBOT, wheels=wheels))
+    for tick in range(20):
+        escs.receive(tick, [ONE_AMPERE, ONE_AMPERE])
+    assert [(one.kind, one.can_id) for one in escs.watch.findings] == [(Kind.TWO_SENDERS, 0x200)]
+
+
 def test_a_command_of_the_other_group_is_no_second_controller():
     escs = EmulatedEscs(ROBOT)
     for tick in range(20):
@@ -93,6 +101,14 @@ def test_a_base_reports_other_controllers_and_unknown_escs():
     found = [(one.kind, one.can_id, one.count) for one in bus.watch.findings]
     assert found == [(Kind.OTHER_CONTROLLER, 0x200, 3), (Kind.UNKNOWN_ESC, 0x205, 3), (Kind.LENGTH, 0x202, 3)]
     assert (bus.foreign_frames, bus.malformed_frames) == (6, 3)
+
+
+def test_a_base_leaves_encoder_boards_and_a_gyro_to_those_they_report_to():
+    board = replace(ROBOT.wheels[0], can_id=5)
+    bus = MotorBus(replace(ROBOT, dead_wheels=(board,), gyro=Gyro(2, 0.0, 0.0, 0)))
+    bus.receive(0, [(0x205, AT_REST), (0x302, bytes(6)), (0x206, AT_REST), (0x301, bytes(6)), (0x201, AT_REST)])
+    assert [(one.kind, one.can_id) for one in bus.watch.findings] == [(Kind.UNKNOWN_ESC, 0x206), (Kind.FOREIGN, 0x301)]
+    assert (bus.foreign_frames, bus.silences(0)) == (2, [0, 1, 1])
 
 
 def test_a_gm6020_on_an_escs_identifier_is_reported_by_the_base():

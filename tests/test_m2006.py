@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.canbus.watch import Kind
 from bench.config import load_robot
 from bench.m2006 import (
     EmulatedEscs,
@@ -49,7 +50,7 @@ def test_feedback_bytes(fields, text):
 
 @pytest.mark.parametrize("raw", [10001, -10001, 40000])
 def test_a_command_beyond_the_esc_is_refused(raw):
-    with pytest.raises(ValueError, match=r"outside -10000\.\.10000"):
+    with pytest.raises(ValueError, match=rf"current_1 {raw} outside -10000\.\.10000"):
         encode_command((raw, 0, 0, 0))
 
 
@@ -66,6 +67,9 @@ def test_frames_of_a_wrong_length_are_counted_and_dropped():
     assert (bus.malformed_frames, bus.foreign_frames) == (1, 1)
     assert escs.receive(0, [(0x200, b"\x03\xe8" * 3)]) == [0, 0, 0]
     assert escs.malformed_frames == 1
+    assert [(one.kind, one.can_id) for one in escs.watch.findings] == [(Kind.LENGTH, 0x200)]
+    good = (0x200, bytes.fromhex("03E8 03E8 03E8 0000"))
+    assert escs.receive(1, [(0x200, b""), good]) == [-1.0, -1.0, -1.0], "and the next frame is taken"
 
 
 def test_positive_wheel_current_is_negative_on_this_robots_wire():
@@ -79,6 +83,7 @@ def test_positive_wheel_current_is_negative_on_this_robots_wire():
     [
         (0.5994, -599),
         (0.6, -600),
+        (-0.6, 600),
         (0.6006, -600),
         (5.0, -600),
         (-5.0, 600),
@@ -106,11 +111,24 @@ def test_feedback_shows_the_rotor_behind_the_gear():
 
 def test_reported_speed_settles_at_rotor_rpm_within_its_filter():
     escs = EmulatedEscs(ROBOT)
-    for _ in range(10):
-        frames = escs.feedback([0.0] * 3, [10.0] * 3, [0.0] * 3)
-    _, rpm, _ = decode_feedback(frames[0][1])
+    at_rest = escs.feedback([0.0] * 3, [0.0] * 3, [0.0] * 3)
+    assert [decode_feedback(data) for _, data in at_rest] == [(0, 0, 0)] * 3
     full = -10.0 * 36 * 60 / math.tau
-    assert rpm == pytest.approx(full * (1 - math.exp(-1)), abs=1)  # 10 ms after a step, a 10 ms filter is at 63 %
+    for tick in range(1, 12):
+        frames = escs.feedback([0.0] * 3, [10.0] * 3, [0.0] * 3)
+        _, rpm, _ = decode_feedback(frames[0][1])
+        assert rpm == pytest.approx(full * (1 - math.exp(-tick / 10)), abs=1)  # after 10 ms, a 10 ms filter is at 63 %
+
+
+@pytest.mark.parametrize(
+    ("rotor_rpm", "reported"),
+    [(32767.4, 32767), (32767.6, 32767), (-32768.4, -32768), (-32768.6, -32768), (1e9, 32767)],
+)
+def test_a_rotor_speed_beyond_its_field_saturates_and_does_not_wrap(rotor_rpm, reported):
+    escs = EmulatedEscs(replace(ROBOT, motor=replace(ROBOT.motor, speed_filter_ms=0.0)))
+    wheel_radps = -rotor_rpm / 36 * math.tau / 60
+    for _, data in escs.feedback([0.0] * 3, [wheel_radps] * 3, [0.0] * 3):
+        assert decode_feedback(data)[1] == reported
 
 
 @given(st.lists(st.floats(-80, 80), min_size=1, max_size=60))
@@ -124,6 +142,34 @@ def test_increments_follow_the_wheels_through_every_wrap(speeds):
         total += bus.take_increments()[0]
     assert total == pytest.approx(angle, abs=2 * math.tau / (36 * 8192))
     assert bus.speeds_radps[0] == pytest.approx(speeds[-1], abs=0.05)
+
+
+def test_a_base_keeps_what_each_esc_last_reported():
+    bus = MotorBus(ROBOT)
+    bus.receive(0, [(0x202, encode_feedback(8191, -12300, -850)), (0x203, encode_feedback(0, 9, 8))])
+    bus.receive(1, [(0x202, encode_feedback(818, 12300, 850))])
+    assert (bus.rotor_rpm, bus.currents_ma) == ([0, 12300, 9], [0, 850, 8])
+    # 819 counts through the wrap, in a millisecond; a positive turn of the wheel counts down.
+    turned_rad = -819 * math.tau / (36 * 8192)
+    assert bus.take_increments() == pytest.approx([0.0, turned_rad, 0.0], rel=1e-12)
+    assert bus.speeds_radps == pytest.approx([0.0, turned_rad / 0.001, 0.0], rel=1e-12)
+
+
+def test_silence_is_counted_from_the_last_frame_and_at_first_from_the_beginning():
+    bus = MotorBus(ROBOT)
+    assert (bus.silent_ticks(0), bus.silences(0), bus.complete) == (1, [1, 1, 1], False)
+    bus.receive(0, feedback_for(0.0)[:1])
+    assert (bus.silent_ticks(4), bus.silences(4), bus.complete) == (5, [4, 5, 5], False)
+    bus.receive(5, feedback_for(0.0)[1:])
+    assert (bus.silent_ticks(7), bus.silences(7), bus.complete) == (7, [7, 2, 2], True)
+
+
+def test_all_wheels_may_report_in_the_first_tick():
+    bus = MotorBus(ROBOT)
+    bus.receive(0, feedback_for(0.0))
+    assert bus.complete
+    bus.take_increments()
+    assert not bus.complete
 
 
 def test_one_lost_frame_loses_no_motion():
@@ -166,8 +212,8 @@ def test_in_which_order_the_reports_of_a_tick_arrive_makes_no_difference(ticks):
 def test_command_loss(policy, expected):
     motor = replace(ROBOT.motor, on_command_loss=policy, command_timeout_ms=50)
     escs = EmulatedEscs(replace(ROBOT, motor=motor))
-    escs.receive(0, MotorBus(ROBOT).command([0.3] * 3))
-    assert [escs.receive(49, ())[0], escs.receive(50, ())[0]] == expected
+    escs.receive(100, MotorBus(ROBOT).command([0.3] * 3))
+    assert [escs.receive(149, ())[0], escs.receive(150, ())[0]] == expected
 
 
 def test_esc_ids_above_four_use_the_second_group():

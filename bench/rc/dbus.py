@@ -136,7 +136,7 @@ def encode(channels: Sequence[int]) -> bytes:
     """One frame from its thirteen values. Raises ValueError for what no transmitter sends."""
     check_channels("dbus", channels, LIMITS)
     packed = 0
-    for i, raw in enumerate(channels[:4]):
+    for i, raw in enumerate(channels[:5]):  # the first switch begins where a fifth stick would
         packed |= raw << 11 * i
-    packed |= channels[4] << 44 | channels[5] << 46
+    packed |= channels[5] << 46
     return packed.to_bytes(6, "little") + _REST.pack(*channels[6:])
