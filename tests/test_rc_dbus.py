@@ -179,6 +179,16 @@ def test_of_two_readings_that_one_is_taken_whose_sticks_are_nearer_to_the_middle
                 assert (offsets(events)[0] - 1 + start) % 18 == nearest
 
 
+def test_a_switch_that_moves_makes_no_reading_less_near():
+    frame = TWO_READINGS[4]
+    last = dbus(1205, 600, 1047, 1626, 1, 1, 0, 0, 0, 0, 0, 0, 1024)
+    here, other = plausible(frame, 0), plausible(turned(frame, 4), 0)
+    moved = [sum(abs(raw - was) for raw, was in zip(to, plausible(last, 0), strict=True)) for to in (here, other)]
+    assert moved[0] <= moved[1] <= moved[0] + 1
+    events = streams.feed_whole(rc_decode.decoder("dbus"), last * 2 + b"\xff" + frame * 8)
+    assert offsets(events) == [0, 18, *range(37, 37 + 8 * 18, 18)]
+
+
 def test_a_frame_is_delivered_with_the_byte_that_settles_it():
     one, two = dbus(*AT_REST), dbus(*MOVED)
     # Expected and followed by a plausible one: when that is whole. After a stray byte: when no place inside of the

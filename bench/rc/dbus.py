@@ -53,7 +53,7 @@ class DbusDecoder(Decoder):
         # Stream offsets at which a frame should begin: after silence (the beginning counts as such), after a frame.
         self._silence_at = 0
         self._frame_end = -1
-        self._sticks: tuple[int, ...] = (_MIDDLE,) * 4
+        self._sticks: tuple[int, ...] = (_MIDDLE, _MIDDLE, _MIDDLE, _MIDDLE)
 
     def _end(self, out: list[RcEvent]) -> None:
         super()._end(out)
