@@ -26,6 +26,7 @@ from bench.slamware.payloads import (
     dead_reckon_answer,
     dead_reckon_from_answer,
     error_from_answer,
+    event_request,
     identity_answer,
     identity_from_answer,
     meaning_of,
@@ -82,6 +83,7 @@ def test_identity_from_hostile_bytes_has_nothing_that_a_terminal_obeys():
     [
         (Identity("thirteen char", 1, 1, "00" * 12), "model 'thirteen char' is not ASCII text of 0..12 characters"),
         (Identity("nät", 1, 1, "00" * 12), "model 'nät' is not ASCII"),
+        (Identity("base", 1, 1, "00" * 12, "twelve chars"), "firmware_suffix 'twelve chars' is not ASCII"),
         (Identity("base", 65536, 1, "00" * 12), "firmware_version 65536 outside 0..65535"),
         (Identity("base", 1, -1, "00" * 12), "hardware_version -1 outside 0..65535"),
         (Identity("base", 1, 1, "00" * 11), f"serial_number '{'00' * 11}' is not 24 hexadecimal digits"),
@@ -91,6 +93,14 @@ def test_identity_from_hostile_bytes_has_nothing_that_a_terminal_obeys():
 def test_identity_that_does_not_fit_is_refused(identity, message):
     with pytest.raises(ValueError, match=message):
         identity_answer(identity)
+
+
+@pytest.mark.parametrize("version", [0, 65535])
+def test_identity_fills_its_fields(version):
+    identity = Identity("twelve chars", version, version, "ff" * 12, "eleven char")
+    answer = identity_answer(identity, 39)
+    assert answer == b"twelve chars" + version.to_bytes(2, "little") * 2 + b"\xff" * 12 + b"eleven char"
+    assert identity_from_answer(answer) == identity
 
 
 @pytest.mark.parametrize(
@@ -110,6 +120,10 @@ def test_twist_request_as_the_vendor_sends_it(name, twist):
 def test_twist_signs_and_places():
     # vx 1 forward, vy -2 (right), omega 0.5 counter-clockwise
     assert twist_from_request(bytes.fromhex("00000100 0000feff 00800000")) == BodyTwist(1.0, -2.0, 0.5)
+
+
+def test_a_twist_fills_its_fields():
+    assert twist_request(BodyTwist(-32768.0, 32767.5, -32767.5))[1:] == bytes.fromhex("00000080 0080ff7f 00800080")
 
 
 @pytest.mark.parametrize("value", [32768.0, -32769.0, math.nan, math.inf, -math.inf])
@@ -190,6 +204,7 @@ def test_twist_survives_the_wire_within_one_unit(vx, vy, omega):
         ("2000", 0x0020, "frame longer than the receive buffer"),
         ("4000", 0x0040, "checksum mismatch"),
         ("c000", 0x0040, "checksum mismatch"),
+        ("c100", 0x0041, "checksum mismatch"),
         ("9000", 0x0010, "byte outside any frame"),
         ("3000", 0x0030, "byte outside any frame, frame longer than the receive buffer"),
         ("0080", 0x8000, "not supported"),
@@ -226,6 +241,32 @@ def test_rims_survive_the_wire_within_a_millimetre(distances_m, displacement):
     assert data.distances_m == pytest.approx((*distances_m, *[0.0] * (4 - len(distances_m))), abs=1e-3)
     assert data.displacement == pytest.approx(displacement, abs=1e-6)
     assert data.status is None
+
+
+def test_four_wheels_in_whole_millimetres_by_hand():
+    # 1500 = 0x5dc, -2 = 0xfffffffe, 2147483000 = 0x7ffffd78
+    request = wheels_request((1.5, -0.002, 2_147_483.0, -2_147_483.0))
+    assert request == b"\x40" + bytes.fromhex("dc050000 feffffff 78fdff7f 88020080")
+    for beyond in (2_147_483.1, -2_147_483.1):
+        with pytest.raises(ValueError, match="wheel speed .* outside -2147483..2147483"):
+            wheels_request((beyond,))
+    with pytest.raises(ValueError, match="5 wheel speeds; the request has room for 4"):
+        wheels_request((0.0,) * 5)
+
+
+def test_distances_are_cut_to_whole_millimetres_by_hand():
+    assert two_wheel_answer(1.2345, -2.0019, 3) == bytes.fromhex("d2040000 2ff8ffff 03")
+    # Four rims, then 1 mm, -2 mm and a degree as Q16.
+    answer = omni_motor_answer((1.2345, -2.0019, 0.0, 1.0), (0.001, -0.002, math.radians(1.0000001)))
+    assert answer == bytes.fromhex("d2040000 2ff8ffff 00000000 e8030000 00000100 0000feff 00000100")
+    data = motor_data_from_answer(answer)
+    assert data.distances_m == (1.234, -2.001, 0.0, 1.0)
+    assert data.displacement == pytest.approx((0.001, -0.002, math.radians(1.0)))
+    assert data.status is None
+
+
+def test_an_event_by_hand():
+    assert event_request(0x02) == b"\x60\x02"
 
 
 def test_two_wheels_of_the_vendor():
