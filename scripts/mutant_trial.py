@@ -1,8 +1,9 @@
 """Trying mutants: which tests meet one, and does any of them notice?
 
-A test that does not run the changed statement tells nothing about it. So every test is first run once, alone and
-unchanged, and the lines of the module that it runs are noted. Then each mutant meets the tests that run its statement,
-those first that killed most of its neighbours, until one fails; a survivor has met them all.
+A test that does not run the changed statement tells nothing about it. So every test is first run once, with fixtures of
+its own, empty caches and nothing changed, and the statements of the module that it runs are noted. Then each mutant
+meets the tests that run its statement, those first that killed most of its neighbours, until one fails; a survivor has
+met them all.
 
 A statement inside a function is changed in a fork of a process that has all tests loaded: the functions get their new
 code in place. A statement that already runs while things are imported (a constant, a table, what builds them) may have
@@ -15,6 +16,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import functools
 import gc
 import importlib
 import importlib.abc
@@ -184,6 +186,17 @@ def functions_of(file: str) -> list[FunctionType]:
     return [one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == file]
 
 
+def caches_of(root: Path) -> list[Any]:
+    """What functions of this tree keep of earlier calls: a test that finds an answer there would not run the code."""
+    wrapper = type(functools.cache(len))
+    return [
+        one
+        for one in gc.get_objects()
+        if isinstance(one, wrapper) and getattr(one.__wrapped__, "__code__", None)
+        if one.__wrapped__.__code__.co_filename.startswith((f"{root}/bench/", f"{root}/tests/"))
+    ]
+
+
 def put_in_place(functions: Sequence[FunctionType], tree: ast.Module, file: str) -> bool:
     """Give functions the code of this tree; False where that cannot be done."""
     codes: dict[tuple[str, int], list[CodeType]] = {}
@@ -325,23 +338,33 @@ class Module:
         tree = marked(Path(self.file).read_text(), MARK)
         sys.meta_path.insert(0, Only(self.name, self.file, tree, **{MARK: ran.add}))
 
-        def alone(loaded: Loaded, test: str) -> tuple[str, list[int], float]:
-            ran.clear()
-            return loaded.run([test], {}), sorted(ran), sum(os.times()[:4])  # with the commands that it starts
+        def record(loaded: Loaded, caches: Sequence[Any]) -> dict[str, tuple[list[int], float]]:
+            recorded = {}
+            for test in loaded.tests:
+                ran.clear()
+                for cache in caches:
+                    cache.cache_clear()
+                begun = sum(os.times()[:4])  # with the commands that a test starts
+                if loaded.run([test], {}):
+                    raise Broken(f"{test} fails")
+                recorded[test] = sorted(ran), sum(os.times()[:4]) - begun
+            return recorded
 
         def then(loaded: Loaded) -> None:
             while_loading = ran.copy()
-            lines: dict[str, set[int]] = {}
-            seconds: dict[str, float] = {}
-            for test, ended in forks(jobs, loaded.tests, lambda test: alone(loaded, test)):
-                if ended.answer is None or ended.answer[0]:
-                    loaded.failed = f"{test} {ended.raised or ended.signal or ''}"
-                    return
-                lines[test], seconds[test] = set(ended.answer[1]), ended.answer[2]
+            functions, caches = functions_of(self.file), caches_of(self.root)
+            gc.collect()
+            gc.freeze()  # what forks share is not looked at in each of them
+            ((_, ended),) = forks(1, [loaded], lambda loaded: record(loaded, caches))
+            if ended.answer is None:
+                loaded.failed = ended.raised or f"signal {ended.signal}"
+                return
+            lines = {test: set(ran_lines) for test, (ran_lines, _) in ended.answer.items()}
+            seconds = {test: took for test, (_, took) in ended.answer.items()}
             answer["seconds"] = seconds
             trials = answer["trials"] = []
             killers = Killers(seconds, under_s)
-            for number, trial in self._try_in_place(numbers, jobs, loaded, while_loading, lines, killers):
+            for number, trial in self._try_in_place(numbers, jobs, loaded, while_loading, lines, killers, functions):
                 trials.append((number, trial))
                 self.tell(self.made[number], trial)
 
@@ -356,9 +379,8 @@ class Module:
         while_loading: set[int],
         lines: dict[str, set[int]],
         killers: Killers,
+        functions: Sequence[FunctionType],
     ) -> Iterator[tuple[int, Trial]]:
-        functions = functions_of(self.file)
-
         def tests_of(mutant: Mutant) -> list[str]:
             return [test for test, ran in lines.items() if mutant.line in ran]
 

@@ -172,6 +172,19 @@ def test_ibus_failsafe_marks_every_channel_it_is_encoded_with():
     assert decoder.counters.failsafe == 1
 
 
+def test_a_uart12_frame_may_begin_in_a_refused_one():
+    """Both have odd buttons; the first is not followed by a header, the second by the end."""
+    data = bytes.fromhex("aa 00 aa 0000 0000 0000 0002 55 00 55")
+    expected = [RcNoise(0, 2, "successor"), RcFrame(2, 12, (0, 0, 0, 2, 0x55, 0))]
+    streams.check_stream(lambda: rc_decode.decoder("uart12"), data, expected)
+
+
+@pytest.mark.parametrize("before", [1021, 1022, 1023])
+def test_a_run_of_noise_may_be_cut_inside_a_refused_uart12_frame(before):
+    data = b"\x01" * before + rc_decode.encode("uart12", (0, 0, 0, 0, 0, 2)) + b"\x01"
+    assert [(event.offset, event.length) for event in decode("uart12", data)] == [(0, 1024), (1024, before - 1011)]
+
+
 def ibus_frame(words):
     body = b"\x20\x40" + b"".join(word.to_bytes(2, "little") for word in words)
     return body + (0xFFFF - sum(body)).to_bytes(2, "little")
