@@ -248,7 +248,7 @@ def test_four_wheels_in_whole_millimetres_by_hand():
     request = wheels_request((1.5, -0.002, 2_147_483.0, -2_147_483.0))
     assert request == b"\x40" + bytes.fromhex("dc050000 feffffff 78fdff7f 88020080")
     for beyond in (2_147_483.1, -2_147_483.1):
-        with pytest.raises(ValueError, match="wheel speed .* outside -2147483..2147483"):
+        with pytest.raises(ValueError, match=r"wheel speed .* outside -2147483\.\.2147483"):
             wheels_request((beyond,))
     with pytest.raises(ValueError, match="5 wheel speeds; the request has room for 4"):
         wheels_request((0.0,) * 5)
