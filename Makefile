@@ -26,7 +26,7 @@ bench: $(VENV)/.dev
 fuzz: $(ATTACK)/.stamp
 	@$(ATTACK)/bin/python scripts/noise.py --mb 100 && $(ATTACK)/bin/python scripts/fuzz.py --seconds 600 --jobs 2
 
-# About an hour: every mutant of the codecs and the link machine. See docs/attack.md.
+# Some hours on a busy machine: every mutant of the codecs and the link machine. See docs/attack.md.
 mutate: $(VENV)/.dev
 	@$(PYTHON) scripts/mutate.py
 
