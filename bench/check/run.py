@@ -51,6 +51,8 @@ class Run:
     """Of the scenario's expectations."""
     injector: Injector | None = None
     """Of the scenario's faults."""
+    about: str = ""
+    """What the scenario says of itself."""
     scenario_file: Path | None = None
     """Goes into the recording where it says what the other files there do not: faults and expectations."""
 
@@ -184,6 +186,7 @@ def from_scenario(
         info=info_of(built, scenario=scenario.name, seed=scenario.seed, noise=scenario.noise),
         judge=_judge(scenario, bench),
         injector=_injector(scenario, bench),
+        about=scenario.about,
         scenario_file=path if scenario.faults or scenario.expectations else None,
     )
 

@@ -1,4 +1,7 @@
-"""`wheelbench replay SOURCE`: a scenario, an RC capture or a recording through the bench, faster than real time."""
+"""`wheelbench replay SOURCE`: a scenario, an RC capture or a recording through the bench, faster than real time.
+
+Several scenarios run side by side, each with one line: `suite_of` is theirs.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ from bench.cli.choices import add_choices
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument(
-        "source", metavar="SOURCE", help="a scenario (.toml), an RC capture (raw bytes) or a recording (a directory)"
+        "source",
+        metavar="SOURCE",
+        nargs="+",
+        help="a scenario (.toml), an RC capture (raw bytes) or a recording (a directory); or several scenarios",
     )
     parser.add_argument("--robot", metavar="R", help="a name that `wheelbench robots` lists, or a .toml file")
     parser.add_argument("--arena", metavar="FILE", help="where it drives: an arena file (docs/plant.md)")
@@ -28,10 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rc", metavar="PORT", default="sim:", help="sim: (default) or pty: (through a real pty pair)")
     parser.add_argument("--slamware", metavar="PORT", default="sim:", help="sim: (default) or pty:")
     add_choices(parser)
-    parser.add_argument("--record", metavar="DIR", type=Path, help="write a recording")
+    parser.add_argument("--record", metavar="DIR", type=Path, help="write a recording; of several, one in DIR for each")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
     parser.add_argument("--golden", metavar="DIR", type=Path, help="compare with this recording or golden at the end")
-    parser.add_argument("--json", action="store_true", help="the summary as one JSON object")
+    parser.add_argument("--html", metavar="FILE", type=Path, help="scenarios: a page with verdicts and pictures")
+    parser.add_argument("--junit", metavar="FILE", type=Path, help="scenarios: JUnit XML, for a CI server")
+    parser.add_argument("--jobs", metavar="N", type=int, default=2, help="scenarios: so many at a time (2)")
+    parser.add_argument("--json", action="store_true", help="the summary as one JSON object; of several, one a line")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -48,8 +57,10 @@ def run(args: argparse.Namespace) -> int:
 
     if args.period_ms is not None and args.period_ms < 1:
         raise UsageError(f"--period-ms: expected 1 or more, got {args.period_ms}")
+    if len(args.source) > 1 or args.html or args.junit:
+        return suite_of(args)
     job = from_source(
-        args.source,
+        args.source[0],
         robot=args.robot,
         protocol=args.protocol,
         profile=args.profile,
@@ -99,3 +110,60 @@ def run(args: argparse.Namespace) -> int:
             )
     met = all(one.ok for one in verdicts) and not untouched
     return EXIT_OK if met and (comparison is None or comparison.ok) else EXIT_FAILED
+
+
+_ALONE = {
+    "robot": None, "arena": None, "profile": None, "protocol": None, "period_ms": None, "can": "sim:", "rc": "sim:",
+    "slamware": "sim:", "controller": None, "odometry": None, "golden": None,
+}  # fmt: skip
+"""What goes with a single source, and its default."""
+
+
+def suite_of(args: argparse.Namespace) -> int:
+    """Several scenarios, or one with a page or a JUnit file: a line for each, and every reason of those that failed."""
+    import sys
+
+    from bench.check.page import page
+    from bench.check.suite import junit_xml, run_scenarios
+    from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
+
+    given = [name for name, default in _ALONE.items() if getattr(args, name) != default]
+    if given:
+        raise UsageError(f"--{given[0].replace('_', '-')}: goes with one source; several scenarios say it themselves")
+    if args.jobs < 1:
+        raise UsageError(f"--jobs: expected 1 or more, got {args.jobs}")
+    other = next((source for source in args.source if not source.endswith(".toml")), None)
+    if other is not None:
+        raise UsageError(f"{other}: is no scenario (.toml); captures and recordings are replayed one at a time")
+    stems = [Path(source).stem for source in args.source]
+    if args.record and len(set(stems)) < len(stems):
+        raise UsageError("--record: two of the scenarios have the same file name, and so the same folder")
+    results = []
+    paths = [Path(source) for source in args.source]
+    on_terminal = sys.stderr.isatty() and not args.json
+    for result in run_scenarios(paths, jobs=args.jobs, record=args.record, overwrite=args.overwrite):
+        results.append(result)
+        if args.json:
+            print(json.dumps(result.as_dict()), flush=True)
+            continue
+        print(f"{'ok' if result.ok else 'FAILED':8}{result.name}", flush=True)
+        for reason in result.reasons:
+            print(f"        {reason}", flush=True)
+        if on_terminal and len(results) < len(paths):
+            print(f"\r{len(results)} of {len(paths)}\r", end="", file=sys.stderr, flush=True)
+    failed = [result for result in results if not result.ok]
+    if not args.json:
+        print(f"{len(results) - len(failed)} of {len(results)} scenarios as expected")
+    for path, text in ((args.html, page), (args.junit, junit_xml)):
+        if path is not None:
+            _write(path, text(results))
+    return EXIT_FAILED if failed else EXIT_OK
+
+
+def _write(path: Path, text: str) -> None:
+    from bench.errors import SurroundingsError
+
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SurroundingsError(f"{path}: cannot be written ({error.strerror}); give another place") from None

@@ -1,0 +1,156 @@
+"""Scenarios, many at once: each in a process of its own turn, with a result that can be printed, counted and drawn.
+
+A scenario that cannot be read or run is a result too, with its sentence: the others go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as Xml
+
+from bench.check.expectations import Verdict
+from bench.check.run import from_scenario
+from bench.check.summary import Summary
+from bench.errors import BenchError
+
+DRAWN_ROWS = 600
+"""Rows of state that a picture gets, at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class FaultSpan:
+    """When a fault touched something first and last, in ticks, and how often."""
+
+    name: str
+    first: int
+    last: int
+    touched: int
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What became of one scenario."""
+
+    path: str
+    name: str
+    about: str = ""
+    robot: str = ""
+    error: str = ""
+    """Why it could not be run; all else is empty then."""
+    ticks: int = 0
+    current_limit_a: float = 0.0
+    summary: dict[str, Any] = field(default_factory=dict)
+    verdicts: tuple[Verdict, ...] = ()
+    faults: tuple[FaultSpan, ...] = ()
+    untouched: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    rows: tuple[tuple[float | int | str, ...], ...] = ()
+    """Rows of state, thinned for drawing."""
+
+    @property
+    def ok(self) -> bool:
+        """It ran, every expectation is met, and every fault touched something."""
+        return not self.error and not self.untouched and all(verdict.ok for verdict in self.verdicts)
+
+    @property
+    def reasons(self) -> list[str]:
+        """Every reason why it is not."""
+        reasons = [self.error] if self.error else []
+        reasons += [verdict.text for verdict in self.verdicts if not verdict.ok]
+        return reasons + [f"{name}: this fault touched nothing" for name in self.untouched]
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for --json, without the rows."""
+        facts: dict[str, object] = {"path": self.path, "name": self.name, "ok": self.ok, "reasons": self.reasons}
+        facts["expectations"] = [verdict.as_dict() for verdict in self.verdicts]
+        facts["faults"] = [asdict(span) for span in self.faults]
+        return facts | {"summary": self.summary}
+
+
+def run_scenario(path: Path, record: Path | None = None, overwrite: bool = False) -> Result:
+    """Run one scenario; `record` is the folder that gets a recording of its name."""
+    try:
+        return _run(path, record, overwrite)
+    except BenchError as error:
+        return Result(str(path), path.stem, error=str(error))
+
+
+def run_scenarios(
+    paths: Sequence[Path], *, jobs: int, record: Path | None = None, overwrite: bool = False
+) -> Iterator[Result]:
+    """All of them, so many at a time; the results come in the order of the paths."""
+    import multiprocessing
+
+    one = partial(run_scenario, record=record, overwrite=overwrite)
+    if jobs == 1 or len(paths) == 1:
+        yield from map(one, paths)
+        return
+    # Fresh processes: a fork of a program that has threads or a screen is a risk.
+    with multiprocessing.get_context("spawn").Pool(min(jobs, len(paths))) as pool:
+        yield from pool.imap(one, paths)
+
+
+def junit_xml(results: Sequence[Result]) -> str:
+    """The results as JUnit XML, as CI servers read it: a test case for each expectation."""
+    suites = Xml.Element("testsuites", name="wheelbench")
+    for result in results:
+        cases = [(verdict.name, "" if verdict.ok else verdict.text) for verdict in result.verdicts]
+        cases += [(f"fault {name}", "touched nothing") for name in result.untouched]
+        if result.error or not cases:
+            cases.append(("runs", result.error))
+        failed = sum(bool(why) for _, why in cases)
+        seconds = f"{result.ticks / 1000:.3f}"  # simulated: how long a machine took is not a fact of the run
+        suite = Xml.SubElement(
+            suites, "testsuite", name=result.name, tests=str(len(cases)), failures=str(failed), time=seconds
+        )
+        for name, why in cases:
+            case = Xml.SubElement(suite, "testcase", classname=result.path, name=name)
+            if why:
+                Xml.SubElement(case, "failure", message=why)
+    Xml.indent(suites)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + Xml.tostring(suites, encoding="unicode") + "\n"
+
+
+def _run(path: Path, record: Path | None, overwrite: bool) -> Result:
+    job = from_scenario(path)
+    robot = job.bench.robot
+    summary = Summary(len(robot.wheels))
+    rows: list[tuple[float | int | str, ...]] = []
+    spans: dict[str, list[int]] = {}
+    recorder = job.recorder(record / path.stem, overwrite=overwrite) if record is not None else None
+    try:
+        for block in job.blocks():
+            summary.extend(block)
+            if recorder is not None:
+                recorder.extend(block)
+            if job.judge is not None:
+                for out in block:
+                    job.judge.add(out)
+            touches = job.injector.take_touches() if job.injector is not None else []
+            for touch in touches:
+                span = spans.setdefault(touch.fault, [touch.tick, touch.tick, 0])
+                span[1], span[2] = touch.tick, span[2] + 1
+            if touches and recorder is not None:
+                recorder.witness([touch.text for touch in touches])
+            rows += [tuple(out.state) for out in block if out.state is not None]
+    finally:
+        if recorder is not None:
+            recorder.close()
+    return Result(
+        path=str(path),
+        name=job.title,
+        about=job.about,
+        robot=robot.name,
+        ticks=job.ticks,
+        current_limit_a=robot.limits.current_a,
+        summary=summary.facts(job),
+        verdicts=tuple(job.judge.verdicts()) if job.judge else (),
+        faults=tuple(FaultSpan(name, *span) for name, span in spans.items()),
+        untouched=tuple(job.injector.untouched()) if job.injector else (),
+        columns=job.bench.state_columns,
+        rows=tuple(rows[:: max(1, len(rows) // DRAWN_ROWS)]),
+    )
