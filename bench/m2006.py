@@ -243,10 +243,10 @@ class MotorBus:
         """Currents in the wheels' positive sense -> command frames. The last line before the port: it clamps."""
         most = self._limit_raw
         least = -most
-        raws = [
-            round(raw) if least <= (raw := currents_a[wheel] * raw_per_a) <= most else _clamped(raw, most)
-            for wheel, raw_per_a in self._outputs
-        ]
+        raws = []
+        for wheel, raw_per_a in self._outputs:
+            raw = currents_a[wheel] * raw_per_a
+            raws.append(round(raw) if least <= raw <= most else _clamped(raw, most))
         if len(self._commands) == 1:
             can_id, layout, _, _ = self._commands[0]
             return ((can_id, layout.pack(*raws)),)
@@ -338,7 +338,7 @@ class EmulatedEscs:
 
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> list[float]:
         """Take this tick's command frames; answer with the current of each wheel in A, in its positive sense."""
-        currents_a = self._currents_a
+        currents_a, heard_ticks = self._currents_a, self._heard
         max_raw = self._max_raw
         min_raw = -max_raw
         for can_id, data in frames:
@@ -357,7 +357,7 @@ class EmulatedEscs:
                     # What a C610 does beyond its range is not documented; clamping is the harmless assumption.
                     raw = max_raw if raw > 0 else min_raw
                 currents_a[wheel] = raw / raw_per_a
-                self._heard[wheel] = tick
+                heard_ticks[wheel] = tick
         if len(frames) > 1:
             self._look_for_two_controllers(tick, frames)
         if self._timeout_ticks is not None:

@@ -60,7 +60,8 @@ class Odometry:
     def advance(self, increments_rad: Sequence[float]) -> None:
         """Move by what the wheels turned since the last call."""
         if any(increments_rad):
-            self.move(*self._kinematics.fit(increments_rad))
+            ux, uy, dtheta = self._kinematics.fit(increments_rad)
+            self.move(ux, uy, dtheta)
 
     def move(self, ux: float, uy: float, dtheta: float) -> None:
         """Move by a body increment (m, m, rad), taken as one constant twist."""

@@ -136,7 +136,7 @@ class Plant:
         """Advance 1 ms with these commanded currents, A; more than the motor's maximum is cut, not-a-number is 0 A."""
         if len(currents_a) != len(self.currents_a):
             raise ValueError(f"{len(currents_a)} currents for {len(self.currents_a)} wheels")
-        if currents_a == self._rests_with:
+        if self._rests_with is not None and currents_a == self._rests_with:
             return  # as the last step left everything, so would this one
         self._rests_with = None
         omega = self._omega
@@ -169,8 +169,7 @@ class Plant:
             currents.append(current)
             angles.append(angle + STEP_S * speed)
             wheels.append((inertia * speed + kick * current, dry, STEP_S * (rest + per_ax * ax + per_ay * ay)))
-        settled = currents == self.currents_a
-        self.currents_a = currents
+        currents_before, self.currents_a = self.currents_a, currents
         self.wheel_angles_rad = angles
 
         contact = self._contact
@@ -197,7 +196,7 @@ class Plant:
         self._angle = _angle_of(body)
         self._velocity = _velocity_of(body)
         self._omega = _angular_velocity_of(body)
-        if settled and not (new_vx or new_vy or new_omega):
+        if not (new_vx or new_vy or new_omega) and currents == currents_before:
             self._look_for_rest(currents_a, wheels)
         else:
             self._still = None

@@ -84,13 +84,14 @@ class World:
     def speak(self, tick: int, given: TickInput) -> tuple[bytes, bytes, tuple[CanFrame, ...]]:
         """RC bytes, core requests and the feedback born in the previous tick."""
         core = self.core
+        rc, core_twist, slamware = given
         if core is None:
-            return given.rc, given.slamware, self._feedback
-        if given.core_twist is not None:
-            core.ask(given.core_twist)
+            return rc, slamware, self._feedback
+        if core_twist is not None:
+            core.ask(core_twist)
         # Most ticks find the core waiting for an answer or for its time: a call less.
         request = core.step(tick, self._answer) if self._answer or tick >= core.act_tick else b""
-        return given.rc, request, self._feedback
+        return rc, request, self._feedback
 
     def hear(self, tick: int, can_out: Sequence[CanFrame], slamware_out: bytes) -> tuple[CanFrame, ...]:
         """Let the motors take the commands; keep the answer for the core. Returns this tick's feedback frames."""
