@@ -202,6 +202,16 @@ class Contact:
             vx += px * per_mass
             vy += py * per_mass
             omega += pw * per_yaw
+        # A spin on the spot takes hundreds of sweeps: what does not change from one to the next is worked out before.
+        prepared = [
+            (
+                *row[:4], k, k_across, row[6], softened, (momentum - dry) * row[5], (momentum + dry) * row[5],
+                most_grip * load, -(most_grip * load), most_loss * load, -(most_loss * load),
+            )
+            for row, (k, k_across, softened), (most_grip, most_loss), (momentum, dry, load) in zip(
+                self._rows, self._sweep_rows, self._floor, wheels, strict=True
+            )
+        ]  # fmt: skip
         modes: list[Mode] = []
         tried: list[Mode] = []
         for sweep in range(1, (MAX_SWEEPS if walls is None else MAX_WALL_SWEEPS) + 1):
@@ -211,40 +221,42 @@ class Contact:
             largest = 0.0
             if walls is not None:  # first, so that the wheels find the body where it is held
                 vx, vy, omega, largest = walls.sweep(vx, vy, omega)
-            for row, (k, k_across, softened), (most_grip, most_loss), (momentum, dry, load), (along, across) in zip(
-                self._rows, self._sweep_rows, self._floor, wheels, impulses, strict=True
-            ):
-                ax, ay, arm, arm_across, _, per_rc, stiffness, _ = row
+            for (
+                (ax, ay, arm, arm_across, k, k_across, stiffness, softened, forth, back, grip, no_grip, loss, no_loss),
+                (along, across),
+            ) in zip(prepared, impulses, strict=True):
                 free = ax * vx + ay * vy + arm * omega - k * along
-                forwards = ((momentum - dry) * per_rc - stiffness * free) * softened
-                backwards = ((momentum + dry) * per_rc - stiffness * free) * softened
+                forwards = (forth - stiffness * free) * softened
+                backwards = (back - stiffness * free) * softened
                 new, drive = -free / k, STANDS
                 if new < forwards:
                     new, drive = forwards, ROLLS
                 elif new > backwards:
                     new, drive = backwards, -ROLLS
-                grip = most_grip * load
                 if new > grip:
                     new, drive = grip, SLIPS
-                elif new < -grip:
-                    new, drive = -grip, -SLIPS
+                elif new < no_grip:
+                    new, drive = no_grip, -SLIPS
                 change = new - along
                 vx += ax * change * per_mass
                 vy += ay * change * per_mass
                 omega += arm * change * per_yaw
-                largest = max(largest, abs(change) * k)
+                moved = change * k
+                if moved > largest or -moved > largest:
+                    largest = abs(moved)
 
                 new_across, roll = across - (ax * vy - ay * vx + arm_across * omega) / k_across, HOLDS
-                loss = most_loss * load
                 if new_across > loss:
                     new_across, roll = loss, -SLIDES
-                elif new_across < -loss:
-                    new_across, roll = -loss, SLIDES
+                elif new_across < no_loss:
+                    new_across, roll = no_loss, SLIDES
                 change = new_across - across
                 vx -= ay * change * per_mass
                 vy += ax * change * per_mass
                 omega += arm_across * change * per_yaw
-                largest = max(largest, abs(change) * k_across)
+                moved = change * k_across
+                if moved > largest or -moved > largest:
+                    largest = abs(moved)
                 modes.append((drive, roll))
                 solved.append((new, new_across))
             impulses = solved
