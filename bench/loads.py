@@ -50,10 +50,8 @@ def load_rows(wheels: Sequence[Wheel], mass_kg: float, height_m: float) -> list[
 
 def lift_above(rows: Sequence[Row]) -> float:
     """The square of an acceleration, m^2/s^4, up to which no wheel lifts, whatever its direction."""
-    return min(
-        (rest * rest / (per_ax * per_ax + per_ay * per_ay) for rest, per_ax, per_ay in rows if per_ax or per_ay),
-        default=math.inf,
-    )
+    squares = [(rest * rest, per_ax * per_ax + per_ay * per_ay) for rest, per_ax, per_ay in rows]
+    return min((load / transfer for load, transfer in squares if transfer), default=math.inf)
 
 
 def tipping_part(rows: Sequence[Row], ax: float, ay: float) -> float:

@@ -64,7 +64,7 @@ class Plant:
         "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_discs", "_feet", "_floor",
         "_lift_above", "_load_rows", "_mass", "_omega", "_patches", "_pushed", "_rests_with", "_space", "_still",
         "_supply", "_torques", "_touches", "_velocity", "_walls", "_wheel_inertia", "_yaw_inertia", "arena",
-        "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
+        "bad_currents", "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
     )  # fmt: skip
 
     def __init__(
@@ -94,6 +94,8 @@ class Plant:
         self.wheel_speeds_radps = self._contact.speeds_radps
         self.wheel_angles_rad = [0.0] * len(robot.wheels)
         """Turned since the start, not wrapped."""
+        self.bad_currents = 0
+        """Commanded currents that were no finite number; each was taken for 0 A."""
         self.wheel_lift = False
         """A wheel would have left the floor: load moves only as far as to tipping, and the motion is a guess."""
 
@@ -133,7 +135,7 @@ class Plant:
         self._omega = self._body.angular_velocity
 
     def step(self, currents_a: Sequence[float]) -> None:
-        """Advance 1 ms with these commanded currents, A; more than the motor's maximum is cut, not-a-number is 0 A."""
+        """Advance 1 ms with these commanded currents, A; beyond the motor's maximum they are cut, no number is 0 A."""
         if len(currents_a) != len(self.currents_a):
             raise ValueError(f"{len(currents_a)} currents for {len(self.currents_a)} wheels")
         if self._rests_with is not None and currents_a == self._rests_with:
@@ -161,7 +163,7 @@ class Plant:
             currents_a, self.currents_a, self.wheel_speeds_radps, self.wheel_angles_rad, self._load_rows
         ):
             if not least <= asked <= most:
-                asked = most if asked > most else least if asked < least else 0.0
+                asked = self._cut(asked)
             current = asked + (current - asked) * decay
             if not -free <= speed <= free:
                 current = self._within_supply(current, speed)
@@ -312,6 +314,14 @@ class Plant:
         push_x, push_y, _ = walls.push_ns()
         momentum = self._mass * STEP_S
         return ax - push_x / momentum, ay - push_y / momentum
+
+    def _cut(self, asked: float) -> float:
+        """What a motor makes of a current beyond its limits; of what is no number, nothing."""
+        if not math.isfinite(asked):
+            self.bad_currents += 1
+            return 0.0
+        most, least, _, _ = self._current_limits
+        return most if asked > most else least
 
     def _at_tipping(self, ax: float, ay: float) -> tuple[float, float]:
         part = tipping_part(self._load_rows, ax, ay)

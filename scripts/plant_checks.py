@@ -535,8 +535,8 @@ def row_of(check: Check, measured: float) -> str:
     """A line of the table."""
     off = abs(measured - check.expected)
     # The last bits of a zero differ between platforms.
-    ends = f"{measured:.6g} | {off:.0e}" if off >= ROUNDING or check.expected else f"below {ROUNDING:.0e} | -"
-    return f"| {check.name} | {check.section} | {check.expected:.6g} | {ends} | {check.allowed:.1e} |"
+    ends = f"{measured:.8g} | {off:.0e}" if off >= ROUNDING or check.expected else f"below {ROUNDING:.0e} | -"
+    return f"| {check.name} | {check.section} | {check.expected:.8g} | {ends} | {check.allowed:.1e} |"
 
 
 def main() -> int:

@@ -252,8 +252,9 @@ def test_load_friction_helps_the_braking_motor():
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300, -1e300])
 def test_an_impossible_current_is_contained(bad):
     plant = run(Plant(m2006()), (bad, 0.0, bad), 1)
-    cut = 0.0 if math.isnan(bad) else math.copysign(10.0, bad)
+    cut = math.copysign(10.0, bad) if math.isfinite(bad) else 0.0
     assert plant.currents_a == [cut, 0.0, cut]
+    assert plant.bad_currents == (0 if math.isfinite(bad) else 2)
     run(plant, (bad, 0.0, bad), 200)
     assert all(map(math.isfinite, (*plant.pose, *plant.twist, *plant.wheel_speeds_radps, *plant.wheel_angles_rad)))
 

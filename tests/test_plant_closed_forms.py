@@ -24,7 +24,7 @@ def test_the_page_shows_these_rows_with_what_was_measured_within_what_is_allowed
     for row in ROWS:
         name, section, expected, measured, _, allowed = shown[row.name]
         assert (name, section) == (row.name, row.section)
-        assert expected == f"{row.expected:.6g}"
+        assert expected == f"{row.expected:.8g}"
         assert allowed == f"{row.allowed:.1e}"
         if not measured.startswith("below"):
             assert abs(float(measured) - row.expected) <= row.allowed * 1.01

@@ -51,7 +51,7 @@ sane = st.fixed_dictionaries(
         "body_cog_height_m": st.floats(0.0, 0.06),
         "ground_grip": st.floats(0.05, 1.2),
         "ground_rolling": st.floats(0.0, 0.1),
-        "motor_inertia_kgm2": st.floats(1e-5, 1e-2),
+        "motor_inertia_kgm2": st.floats(1.1e-4, 1e-2),
         "motor_coulomb_nm": st.floats(0.0, 0.1),
         "motor_viscous_nms": st.floats(0.0, 0.01),
         "motor_current_lag_ms": st.floats(0.0, 5.0),

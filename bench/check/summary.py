@@ -96,6 +96,7 @@ class Summary:
             "controller": run.bench.robot.control.kind,
             "odometry": run.bench.robot.odometry,
             "bus_findings": list(run.bench.bus_findings),
+            **({"bad_currents": bad} if (bad := run.bench.world.plant.bad_currents) else {}),
         }
 
     def lines(self, run: Run) -> list[str]:
@@ -128,6 +129,9 @@ class Summary:
                 f"printed   the odometry is {info.odometry}; it ends {self.odometry_off_m:.2f} m and"
                 f" {math.degrees(self.odometry_off_rad):.0f} deg from the truth"
             )
+        bad = run.bench.world.plant.bad_currents
+        if bad:
+            lines.append(f"plant     {bad} commanded currents were no finite number; each was taken for 0 A")
         findings = run.bench.bus_findings
         if findings:
             lines.append(f"bus       {len(findings)} finding{'s' * (len(findings) > 1)}; the newest: {findings[-1]}")

@@ -14,9 +14,11 @@ from bench.config.values import (
     ON_COMMAND_LOSS,
     PROTOCOLS,
     SLAMWARE_CHOICES,
+    Motor,
     Profile,
     Robot,
 )
+from bench.messages import TICK_US
 
 MOST_ROTOR_RPM = 30_000
 """Half a turn between two reports, which come once a millisecond."""
@@ -25,6 +27,23 @@ MOST_BINARY_CONFIGURATION_BYTES = 1019
 
 _MAY_BE_ZERO = {"rolling", "coulomb_nm", "load_friction", "current_lag_ms", "speed_filter_ms", "ki_a_per_rad"}
 _MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
+
+
+_SANE = {
+    "body.mass_kg": (0.01, 1e5),
+    "body.inertia_kgm2": (1e-6, 1e6),
+    "body.radius_m": (1e-3, 100.0),
+    "body.cog_height_m": (0.0, 100.0),
+    "ground.grip": (1e-3, 100.0),
+    "ground.rolling": (0.0, 10.0),
+}
+"""Far beyond any robot: what lies outside is a slip of the keyboard, and arithmetic would suffer."""
+
+
+def _least_inertia_kgm2(motor: Motor) -> float:
+    """Explicit back-EMF is stable for steps below 2 J R/(Kt Ke) (reference plant model, 3.1)."""
+    torque_nm_per_a = motor.torque_nm_per_a / (1.0 - motor.load_friction)
+    return 1e-6 * TICK_US * torque_nm_per_a * motor.back_emf_vs / (2.0 * motor.resistance_ohm)
 
 
 def check_robot(path: Path, robot: Robot) -> None:
@@ -45,6 +64,11 @@ def check_robot(path: Path, robot: Robot) -> None:
                 continue
             if value < 0 or (value == 0 and item.name not in _MAY_BE_ZERO):
                 raise fail(f"{table}.{item.name}", f"expected a positive number, got {value}")
+    for key, (lowest, highest) in _SANE.items():
+        table, name = key.split(".")
+        value = getattr(getattr(robot, table), name)
+        if not lowest <= value <= highest:
+            raise fail(key, f"expected {lowest:g} to {highest:g}, got {value:g}")
     if len(robot.wheels) < 3:
         raise fail("wheel", f"an omni base needs at least three wheels, got {len(robot.wheels)}")
     for wheel in robot.wheels:
@@ -68,6 +92,13 @@ def check_robot(path: Path, robot: Robot) -> None:
         raise fail("motor.on_command_loss", f"expected {known}, got {robot.motor.on_command_loss!r}")
     if robot.motor.load_friction >= 1.0:
         raise fail("motor.load_friction", f"expected less than 1, got {robot.motor.load_friction}")
+    lightest = _least_inertia_kgm2(robot.motor)
+    if robot.motor.inertia_kgm2 < lightest:
+        raise fail(
+            "motor.inertia_kgm2",
+            f"expected at least {lightest:.2g} with this torque constant, back-EMF and resistance, got "
+            f"{robot.motor.inertia_kgm2:g}: back-EMF would turn so light a wheel round within a millisecond",
+        )
     if robot.limits.current_a > robot.motor.max_current_a:
         raise fail("limits.current_a", f"{robot.limits.current_a} A is above motor.max_current_a")
     if robot.link.hold_ms >= robot.link.disarm_ms:

@@ -1,0 +1,80 @@
+"""What no robot can be is refused at its file with one sentence; what no current can be is contained, and flagged."""
+
+import math
+
+import pytest
+from bases import m2006
+
+from bench.check.run import from_source
+from bench.check.summary import Summary
+from bench.config import ROBOTS_DIR, ConfigError, load_robot, robot_names
+from bench.plant import Plant
+from bench.world import SimulatedMotors
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        ("mass_kg", "1e-9", "body.mass_kg: expected 0.01 to 100000, got 1e-09"),
+        ("mass_kg", "1e9", "body.mass_kg: expected 0.01 to 100000, got 1e+09"),
+        ("mass_kg", "0.0", "body.mass_kg: expected a positive number, got 0.0"),
+        ("mass_kg", "-1.6", "body.mass_kg: expected a positive number, got -1.6"),
+        ("mass_kg", "nan", "body.mass_kg: expected a finite number, got nan"),
+        ("mass_kg", "inf", "body.mass_kg: expected a finite number, got inf"),
+        ("radius_m", "1e4", "body.radius_m: expected 0.001 to 100, got 10000"),
+        ("grip", "1e-9", "ground.grip: expected 0.001 to 100, got 1e-09"),
+        ("grip", "0.0", "ground.grip: expected a positive number, got 0.0"),
+        ("resistance_ohm", "0.0", "motor.resistance_ohm: expected a positive number, got 0.0"),
+        ("torque_nm_per_a", "-0.18", "motor.torque_nm_per_a: expected a positive number, got -0.18"),
+    ],
+)
+def test_an_impossible_robot_file_is_refused_with_file_and_key(tmp_path, key, value, sentence):
+    path = tmp_path / "odd.toml"
+    lines = (ROBOTS_DIR / "m2006.toml").read_text().splitlines()
+    path.write_text("\n".join(f"{key} = {value}" if line.startswith(f"{key} =") else line for line in lines))
+    with pytest.raises(ConfigError) as refusal:
+        load_robot(path)
+    assert str(refusal.value) == f"{path}: {sentence}"
+
+
+def test_a_wheel_too_light_for_its_back_emf_is_refused(tmp_path):
+    """Stable below 2 J R/(Kt Ke) = 1 ms: J above 0.18 x 0.448 x 1e-3/0.8 = 1.0e-4 kg m^2; below, the plant explodes."""
+    for inertia, is_fine in (("1.02e-4", True), ("1.0e-4", False)):
+        path = tmp_path / "light.toml"
+        path.write_text(
+            (ROBOTS_DIR / "m2006.toml").read_text().replace("inertia_kgm2 = 1.2e-3", f"inertia_kgm2 = {inertia}")
+        )
+        if is_fine:
+            assert load_robot(path).motor.inertia_kgm2 == 1.02e-4
+        else:
+            with pytest.raises(ConfigError, match=r"motor\.inertia_kgm2: expected at least 0\.0001 with this torque"):
+                load_robot(path)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_our_own_robots_pass_and_stay_finite_under_nonsense(name):
+    plant = Plant(load_robot(name))
+    count = len(plant.currents_a)
+    for _ in range(100):
+        plant.step([math.nan, math.inf, -math.inf, 1e308, -1e308, 0.0][:count])
+    assert plant.bad_currents >= min(count, 3)  # a robot at rest is not asked again
+    assert all(map(math.isfinite, (*plant.pose, *plant.twist, *plant.wheel_speeds_radps, *plant.currents_a)))
+
+
+def test_a_run_says_that_currents_were_no_numbers(tmp_path):
+    path = tmp_path / "short.toml"
+    path.write_text('schema = 1\nname = "short"\nseconds = 0.1\n')
+    job = from_source(path)
+    assert isinstance(job.bench.world.motors, SimulatedMotors)
+    summary = Summary(len(job.bench.robot.wheels))
+    for out in job:
+        summary.add(out)
+    assert "bad_currents" not in summary.facts(job)
+    job.bench.world.plant.step((math.nan, 0.0, math.inf))
+    assert summary.facts(job)["bad_currents"] == 2
+    assert any("2 commanded currents were no finite number" in line for line in summary.lines(job))
+
+
+def test_wrong_calls_are_refused():
+    with pytest.raises(ValueError, match="2 currents for 3 wheels"):
+        Plant(m2006()).step((0.0, 0.0))
