@@ -38,6 +38,7 @@ BUILDS_ON = {
         "bench.fittings",
         "bench.kinematics",
         "bench.loads",
+        "bench.messages",
         "bench.rc_decode",
         "bench.slamware.payloads",
     },
