@@ -2,9 +2,11 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 from bases import m2006
+from desk import scene
 
 from bench.__main__ import main
 from bench.arena import FIELD, Arena, Disc, Obstacle, Patch, Wall, arena_toml, load_arena
@@ -14,6 +16,7 @@ from bench.errors import UsageError
 from bench.fittings import Bumper, RangeSensor
 from bench.messages import BodyTwist, Pose
 from bench.plant import STEP_S, Plant
+from bench.screen.view import picture
 from bench.sensors import ArenaSenses, distance_m, is_pressed
 
 COURSE = Arena(
@@ -292,3 +295,12 @@ def test_a_disc_slides_on_while_the_robot_rests():
     before = plant.discs[0].x1_m
     run(plant, (0.0, 0.0, 0.0), 10)
     assert plant.discs[0].x1_m > before + 1e-4
+
+
+def test_the_dashboard_draws_what_stands_and_lies_there():
+    plant = Plant(m2006(), COURSE, COURSE.start)
+    plain = picture(scene(arena=replace(COURSE, walls=(), discs=(), patches=())), 120, 40)
+    drawn = picture(scene(arena=COURSE, discs=plant.discs), 120, 40)
+    assert "field 4 × 3 m" in "\n".join(drawn)
+    assert sum(a != b for a, b in zip(plain, drawn, strict=True)) > 5
+    assert picture(scene(arena=COURSE, discs=plant.discs, zoom=True), 120, 40) != plain

@@ -462,3 +462,17 @@ def test_lists_already_given_out_do_not_change():
     angles, kept = plant.wheel_angles_rad, list(plant.wheel_angles_rad)
     run(plant, (0.6, 0.0, -0.6), 10)
     assert angles == kept != plant.wheel_angles_rad
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.99, False), (1.01, True)])
+@pytest.mark.parametrize("heading_rad", [0.0, 2.0])
+def test_a_push_below_rolling_loss_and_drive_stick_moves_nothing(heading_rad, share, moves):
+    """Reference 4.3. From behind, 2 tau_c sin 75/r of the motors and three wheels' rolling loss hold it."""
+    least_n = 2.0 * SIN75 * 0.020 / 0.027 + 0.05 * (2.0 * 6.23441 * COS75 + 3.22717)
+    start = Pose(0.0, 0.0, heading_rad)
+    plant = Plant(m2006(body_cog_height_m=0.0), arena=None, pose=start)
+    for _ in range(200):
+        plant.push(share * least_n * math.cos(heading_rad), share * least_n * math.sin(heading_rad))
+        plant.step((0.0, 0.0, 0.0))
+    assert (plant.twist != (0.0, 0.0, 0.0)) is moves
+    assert (plant.pose != start) is moves
