@@ -150,8 +150,10 @@ class Contact:
 
         speeds = []
         impulses = []
-        for check, (momentum, dry, load) in zip(self._checks, wheels):  # noqa: B905
-            drive, roll, ax, ay, arm, arm_across, per_rc, stiffness, grip, sliding, fixed = check
+        for (
+            (drive, roll, ax, ay, arm, arm_across, per_rc, stiffness, grip, sliding, fixed),
+            (momentum, dry, load),
+        ) in zip(self._checks, wheels):  # noqa: B905
             grip *= load
             if per_rc:  # is 0 unless the wheel rolls
                 u = ax * new_vx + ay * new_vy + arm * new_omega

@@ -307,7 +307,8 @@ def _rc_of_sticks(scenario: Scenario, robot: Robot) -> dict[int, bytes]:
 
 def _scenario_inputs(scenario: Scenario, rc: dict[int, bytes]) -> Callable[[int], TickInput]:
     core = dict(scenario.core)
-    return lambda tick: TickInput(rc.get(tick, b""), core.get(tick)) if tick in rc or tick in core else NOTHING
+    given = {tick: TickInput(rc.get(tick, b""), core.get(tick)) for tick in rc.keys() | core.keys()}
+    return lambda tick: given.get(tick, NOTHING)
 
 
 def _rc_by_tick(capture: Capture, robot: Robot, period_ms: int | None) -> dict[int, bytes]:

@@ -60,14 +60,13 @@ class Summary:
                 self._add_state(row)
 
     def _add_state(self, row: StateRow) -> None:
-        x, y, heading, odo_x, odo_y, odo_heading = (float(row[i]) for i in (X, Y, HEADING, ODO, ODO + 1, ODO + 2))
+        x, y, heading, odo_x, odo_y, odo_heading = map(float, row[X : HEADING + 1] + row[ODO : ODO + 3])
         last = self._last
         if last is not None:
             self.path_m += math.dist((x, y), (float(last[X]), float(last[Y])))
             self.turn_rad += abs(wrap(heading - float(last[HEADING])))
-        self.top_current_a = max(
-            self.top_current_a, *(abs(float(amps)) for amps in row[LINK + 5 : LINK + 3 + 3 * self.wheels : 3])
-        )
+        currents_a = map(float, row[LINK + 5 : LINK + 3 + 3 * self.wheels : 3])
+        self.top_current_a = max(self.top_current_a, max(map(abs, currents_a)))
         if last is None or row[LINK] != last[LINK]:
             self.link_changes.append((float(row[0]), str(row[LINK])))
         self.end = (x, y, heading)
