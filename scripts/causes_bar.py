@@ -324,14 +324,18 @@ def dropped(log: Log, chance: random.Random) -> None:
 def duplicated(log: Log, chance: random.Random) -> None:
     """Some frames are sent twice: at once, or a millisecond later where a line has room for one a tick."""
     wire = _wires(log, chance)
-    first, end = _span(log, chance)
-    share = chance.uniform(0.05, 0.6)
-    after = 1 if wire.startswith(("rc", "slam")) else chance.choice((0, 0, 1))
-    frames = []
-    for tick, data in log.wires[wire]:
-        frames.append((tick, 0, data))
-        if first <= tick < end and chance.random() < share and tick + after < log.ticks:
-            frames.append((tick + after, 1 if after == 0 else -1, data))
+    frames: list[tuple[int, int, bytes]] = []
+    twice = 0
+    while twice < 3:
+        first, end = _span(log, chance)
+        share = chance.uniform(0.05, 0.6)
+        after = 1 if wire.startswith(("rc", "slam")) else chance.choice((0, 0, 1))
+        frames, twice = [], 0
+        for tick, data in log.wires[wire]:
+            frames.append((tick, 0, data))
+            if first <= tick < end and chance.random() < share and tick + after < log.ticks:
+                frames.append((tick + after, 1 if after == 0 else -1, data))
+                twice += 1
     log.wires[wire] = [[tick, data] for tick, _, data in sorted(frames, key=lambda one: one[:2])]
 
 

@@ -15,9 +15,12 @@ from bench.check.traces import Ints, Trace
 
 LONGEST_LAG = 1000
 """Ticks. A second: what comes later than that is another run."""
+_ASKED = 500
 _COMMON_KEY = 6
 """Bytes that were sent more often than this say little about when they were sent."""
 _COPY_FRAMES = 4
+ONE_BY_ONE = 10_000
+"""Frames that are asked one by one."""
 
 
 class Difference(NamedTuple):
@@ -32,11 +35,31 @@ class Difference(NamedTuple):
 
 def events_apart(golden: Trace, run: Trace) -> Difference:
     """The frames that only one side has, at their tick and with their bytes."""
+    if _one_a_tick(golden) and _one_a_tick(run):
+        return _apart_by_tick(golden, run)
     both = np.concatenate((golden.keys, run.keys))
     dense = np.unique(both, return_inverse=True)[1].astype(np.int64)
     before = golden.ticks * len(both) + dense[: len(golden)]
     after = run.ticks * len(both) + dense[len(golden) :]
     return Difference(_not_in(before, after), _not_in(after, before))
+
+
+def _one_a_tick(trace: Trace) -> bool:
+    return bool((np.diff(trace.ticks) > 0).all())
+
+
+def _apart_by_tick(golden: Trace, run: Trace) -> Difference:
+    """The same for wires with at most one frame a tick, without sorting: each looks up the other's."""
+    if not len(golden) or not len(run):
+        return Difference(np.arange(len(golden)), np.arange(len(run)))
+    first = min(int(golden.ticks[0]), int(run.ticks[0]))
+    row_at = np.full(max(int(golden.ticks[-1]), int(run.ticks[-1])) - first + 1, -1, np.int64)
+    row_at[run.ticks - first] = np.arange(len(run))
+    partner = row_at[golden.ticks - first]
+    common = (partner >= 0) & (run.keys[partner] == golden.keys)
+    alone = np.ones(len(run), bool)
+    alone[partner[common]] = False
+    return Difference(np.flatnonzero(~common), np.flatnonzero(alone))
 
 
 def _not_in(these: Ints, others: Ints) -> Ints:
@@ -64,26 +87,27 @@ def likely_lags(golden: Trace, run: Trace, apart: Difference, most: int = 3) -> 
 
 
 def _deltas(golden: Trace, run: Trace, apart: Difference) -> Ints:
-    if not len(apart.extra) or not len(golden):
-        return np.empty(0, np.int64)
-    order = np.argsort(golden.keys, kind="stable")
-    keys = golden.keys[order]
-    wanted = run.keys[apart.extra]
-    low, high = np.searchsorted(keys, wanted, "left"), np.searchsorted(keys, wanted, "right")
-    found = []
-    for nth in range(_COMMON_KEY):
-        there = (high - low > nth) & (high - low <= _COMMON_KEY)
-        found.append(run.ticks[apart.extra[there]] - golden.ticks[order[low[there] + nth]])
-    deltas = np.concatenate(found)
-    return deltas[np.abs(deltas) <= LONGEST_LAG]
+    """Of some frames that only the run has, spread over all: how far they lie from each golden frame like them."""
+    found = [np.zeros(0, np.int64)]
+    for row in apart.extra[:: max(1, len(apart.extra) // _ASKED)].tolist():
+        at = int(run.ticks[row])
+        low, high = np.searchsorted(golden.ticks, [at - LONGEST_LAG, at + LONGEST_LAG + 1])
+        alike = np.flatnonzero(golden.keys[low:high] == run.keys[row])
+        if len(alike) <= _COMMON_KEY:
+            found.append(at - golden.ticks[low + alike])
+    return np.concatenate(found)
 
 
 def copies(run: Trace, rows: Ints) -> NDArray[np.bool_]:
-    """Which of these frames of the run have the same bytes as one of the few before them."""
+    """Which of these frames of the run have the same bytes as a frame next to them.
+
+    On either side: some RC frames are known to be whole only when the next one comes.
+    """
     found = np.zeros(len(rows), bool)
-    for back in range(1, _COPY_FRAMES + 1):
-        before = np.maximum(rows - back, 0)
-        found |= (rows >= back) & (run.keys[rows] == run.keys[before])
+    for back in (*range(-_COPY_FRAMES, 0), *range(1, _COPY_FRAMES + 1)):
+        beside = rows - back
+        there = (beside >= 0) & (beside < len(run))
+        found[there] |= run.keys[rows[there]] == run.keys[beside[there]]
     return found
 
 
@@ -119,13 +143,14 @@ def paired_rows(golden: Trace, run: Trace) -> tuple[Ints, Ints]:
 def late_by_turns(golden: Trace, run: Trace, apart: Difference) -> Ints:
     """Ticks that each late frame lies behind, where every frame has its own delay; empty where they are not late.
 
-    Each frame that only the run has is laid to the newest earlier frame with the same bytes that only the golden has.
+    Each of the first frames that only the run has is laid to the oldest one before it that only the
+    golden has, with the same bytes.
     """
     waiting: dict[int, list[int]] = {}
-    for row in apart.missing.tolist():
+    for row in apart.missing[:ONE_BY_ONE].tolist():
         waiting.setdefault(int(golden.keys[row]), []).append(int(golden.ticks[row]))
     delays = []
-    for row in apart.extra.tolist():
+    for row in apart.extra[:ONE_BY_ONE].tolist():
         at = int(run.ticks[row])
         before = [tick for tick in waiting.get(int(run.keys[row]), ()) if 0 < at - tick <= LONGEST_LAG]
         if before:

@@ -36,9 +36,21 @@ class CanArrays(NamedTuple):
         end = int(np.searchsorted(self.tick, end_tick))
         return self.rows(slice(0, end))
 
-    def rows(self, rows: slice) -> CanArrays:
+    def rows(self, rows: slice | NDArray[np.int64]) -> CanArrays:
         """Some of the frames."""
         return CanArrays(self.tick[rows], self.can_id[rows], self.length[rows], self.data[rows])
+
+    @property
+    def ids(self) -> list[int]:
+        """The identifiers that occur, in order."""
+        return [int(can_id) for can_id in np.flatnonzero(np.bincount(self.can_id, minlength=1))]
+
+    def outside(self, ticks: NDArray[np.int32] | NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which frames are in none of these ticks."""
+        size = 1 + max(int(self.tick[-1]) if len(self.tick) else 0, int(ticks.max()) if len(ticks) else 0)
+        inside = np.zeros(size, bool)
+        inside[ticks] = True
+        return np.asarray(~inside[self.tick])
 
     @classmethod
     def of_size(cls, frames: int) -> CanArrays:
@@ -75,6 +87,11 @@ def can_arrays(content: bytes) -> CanArrays | None:
 
 def _read_block(text: NDArray[np.uint8], starts: NDArray[np.int64], ends: NDArray[np.int64], into: CanArrays) -> bool:
     lengths = ends - starts
+    first_length = int(lengths[0])
+    if (lengths == first_length).all() and first_length:
+        # All alike, as nearly always: the text itself is the table.
+        table = text[starts[0] : ends[-1] + 1].reshape(len(starts), first_length + 1)
+        return _read_lines(table[:, :first_length], np.arange(len(starts)), into)
     for length in np.unique(lengths).tolist():
         rows = np.flatnonzero(lengths == length)
         # A view with a line's width at every character, of which the wanted lines are copied out.
@@ -121,13 +138,11 @@ def _read_columns(lines: NDArray[np.uint8], rows: NDArray[np.int64], digits: int
         return False
     payload = lines[:, id_at + 4 :]
     count = payload.shape[1] // 2
-    data = np.zeros((len(lines), 8), np.uint8)
-    if count:
-        pairs = np.ascontiguousarray(payload).view("<u2")
-        values = _hex_pairs()[pairs]
-        if (values > 255).any():
-            return False
-        data[:, :count] = values
+    values = _hex_pairs()[np.ascontiguousarray(payload).view("<u2")] if count else np.empty((len(lines), 0), np.uint16)
+    if count and values.max() > 255:
+        return False
+    data = values.astype(np.uint8) if count == 8 else np.zeros((len(lines), 8), np.uint8)
+    data[:, :count] = values
     into.tick[rows] = seconds * 1000 + millis
     into.can_id[rows] = (high.astype(np.uint16) << 8) | (middle << 4) | low
     into.length[rows] = count

@@ -44,13 +44,13 @@ def findings(golden: CanArrays, run: CanArrays, family: Family, tolerance_of: To
     """By wire. `tolerance_of` says what a field is granted; None: not a bit."""
     found = {}
     seen = [np.zeros(0, np.int32)]
-    for can_id in np.union1d(np.unique(golden.can_id), np.unique(run.can_id)).tolist():
+    for can_id in sorted({*golden.ids, *run.ids}):
         before, after = (np.flatnonzero(side.can_id == can_id) for side in (golden, run))
         wire = WireFindings(len(before))
         for ticks in _of_wire(golden, run, before, after, family.message(can_id), tolerance_of, wire, seen):
             wire.found(ticks)
         found[f"can 0x{can_id:03X}"] = wire
-    for tick, wire_name in _other_order(golden, run, np.unique(np.concatenate(seen))):
+    for tick, wire_name in _other_order(golden, run, np.concatenate(seen)):
         found[wire_name].found(np.array([tick], np.int32))
     return found
 
@@ -171,9 +171,7 @@ def _beyond(
 
 def _other_order(golden: CanArrays, run: CanArrays, differing: NDArray[np.int32]) -> Iterator[tuple[int, str]]:
     """Ticks that have the same frames in another order, and the wire of the first that is not in its place."""
-    kept = [
-        ~np.isin(side.tick, differing) if len(differing) else np.ones(len(side.tick), bool) for side in (golden, run)
-    ]
+    kept = golden.outside(differing), run.outside(differing)
     ids = golden.can_id[kept[0]], run.can_id[kept[1]]
     rows = np.flatnonzero(ids[0] != ids[1])
     if not len(rows):

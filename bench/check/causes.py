@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from bench.check import words
 from bench.check.align import (
+    ONE_BY_ONE,
     copies,
     events_apart,
     late_by_turns,
@@ -45,12 +46,15 @@ GOOD = 0.6
 """A score from which a cause is said without a "perhaps"."""
 _BEYOND_DOUBT = 0.9
 """A score from which the next best explanation of the same wire is not worth a line."""
+_SETTLED = 0.965
+"""A score from which times explain it all, and values are not looked at."""
 _EARLY = ((400, 0.9), (100, 0.8), (30, 0.7))
 """Ticks from the first difference on, and what an explanation of these alone is worth."""
 _FEWEST = 8
 """Fewer differences than this in the first moments say nothing."""
 _FEWEST_ROWS = 3
 """What two frames have in common is chance: lost or doubled they may be, but not late, stuck or exchanged."""
+_ASKED = 200
 _MOST = 8
 
 
@@ -132,7 +136,8 @@ def _of_wire(golden: Trace, run: Trace, end_tick: int) -> list[Cause]:
     found = [blank]
     if not np.array_equal(golden_here.ticks, run_here.ticks):
         found += _of_timing(golden_here, run_here, blank, last + 1)
-    found += _of_values(golden_here, run_here, blank, end_tick)
+    if max(cause.score for cause in found) < _SETTLED:
+        found += _of_values(golden_here, run_here, blank, end_tick)
     return _sorted(found)
 
 
@@ -160,7 +165,9 @@ def _of_timing(golden: Trace, run: Trace, blank: Cause, end_tick: int) -> Iterat
     if best_late < GOOD:
         delays = late_by_turns(golden, run, apart)
         if len(delays):
-            yield _scored(blank, "late", int(delays.max()), total, total - 2 * len(delays), 0.9)
+            asked = min(total, 2 * ONE_BY_ONE)
+            left = round(total * (1.0 - min(1.0, 2 * len(delays) / asked)))
+            yield _scored(blank, "late", int(delays.max()), total, left, 0.9)
     yield from _of_rate(before, after, blank, total)
 
 
@@ -250,7 +257,7 @@ class _Seen:
         found = late(stretch)
         if found is not None and abs(int(found.amount)) < len(self.ticks):
             yield self._cause("late", self._in_ticks(found.amount), (), int(found.wrong.sum()), self.differ, 0.98)
-        if first and len(np.unique(golden[first : last + 1])) > 1:
+        if first and (golden[first : last + 1] != golden[first]).any():
             wrong = int((run[first : last + 1] != run[first - 1]).sum())
             yield self._cause("stuck", 0.0, (), wrong, self.differ, 1.0)
         exchanged = _exchanged(golden, run, self.differ)
@@ -377,6 +384,8 @@ def _swapped_wires(pairs: Pairs, end_tick: int) -> Iterator[Cause]:
     wires = [wire for wire in pairs if wire.startswith("can ")]
     apart = {wire: events_apart(*_until(pairs[wire], end_tick)) for wire in wires}
     for one, other in combinations(wires, 2):
+        if not _look_swapped(pairs[one][1], apart[one].extra, pairs[other][0]):
+            continue
         total = len(apart[one]) + len(apart[other])
         ticks = [_ticks_apart(pairs[wire], end_tick) for wire in (one, other)]
         first, last = int(min(t.min() for t in ticks)), int(max(t.max() for t in ticks))
@@ -388,6 +397,16 @@ def _swapped_wires(pairs: Pairs, end_tick: int) -> Iterator[Cause]:
             score = 1.0 - left / total
             until = _last_tick(last, end_tick)
             yield Cause("swapped", (one, other), (), first, until, 0.0, score, total, left)
+
+
+def _look_swapped(run: Trace, extra: Ints, golden: Trace) -> bool:
+    """Whether the first frames that only the run has are another wire's, at their tick."""
+    asked = extra[:_ASKED]
+    there = np.minimum(np.searchsorted(golden.ticks, run.ticks[asked]), len(golden) - 1)
+    if not len(asked) or not len(golden):
+        return False
+    same = (golden.keys[there] == run.keys[asked]) & (golden.ticks[there] == run.ticks[asked])
+    return bool(2 * same.sum() >= len(asked))
 
 
 def _joined(outside: Trace, inside: Trace, first_tick: int, last_tick: int) -> Trace:
@@ -404,18 +423,18 @@ def _other_order(run: Recording, golden: Recording, pairs: Pairs) -> Iterator[Ca
     if run.content(CAN_LOG) == golden.content(CAN_LOG):
         return
     before, after = (can_of(side).until(min(run.ticks, golden.ticks)) for side in (golden, run))
-    differing = np.unique(
-        np.concatenate([_ticks_apart(pair, 1 << 62) for pair in pairs.values()] or [np.empty(0, np.int64)])
-    )
-    kept = [~np.isin(side.tick, differing) for side in (before, after)]
+    ticks = [_ticks_apart(pair, 1 << 62) for wire, pair in pairs.items() if wire.startswith("can ")]
+    differing = np.concatenate([*ticks, np.empty(0, np.int64)])
+    kept = before.outside(differing), after.outside(differing)
     ids = before.can_id[kept[0]], after.can_id[kept[1]]
     if len(ids[0]) != len(ids[1]) or np.array_equal(*ids):
         return
-    ticks = np.unique(before.tick[kept[0]][ids[0] != ids[1]])
-    frames = int((ids[0] != ids[1]).sum())
-    wires = [f"can 0x{can_id:03X}" for can_id in np.unique(ids[0][ids[0] != ids[1]]).tolist()]
-    until = _last_tick(int(ticks[-1]), min(run.ticks, golden.ticks))
-    yield Cause("order", tuple(wires), (), int(ticks[0]), until, float(len(ticks)), 1.0, frames, 0)
+    moved = before.rows(np.flatnonzero(kept[0])[ids[0] != ids[1]])
+    wires = tuple(f"can 0x{can_id:03X}" for can_id in moved.ids)
+    first, last = int(moved.tick[0]), int(moved.tick[-1])
+    until = _last_tick(last, min(run.ticks, golden.ticks))
+    in_ticks = 1.0 + np.count_nonzero(np.diff(moved.tick))
+    yield Cause("order", wires, (), first, until, in_ticks, 1.0, len(moved.tick), 0)
 
 
 # --- ranking -----------------------------------------------------------------------------------------------------
@@ -431,6 +450,8 @@ def _ranked(of_wires: list[list[Cause]], between: list[Cause]) -> list[Cause]:
     for cause in between:
         for wire in cause.wires:
             first_ticks[wire] = min(cause.first_tick, first_ticks.get(wire, cause.first_tick))
+    if not best:
+        return []
     order = sorted(best, key=lambda wire: (first_ticks[wire], rank(wire)))
     merged: list[Cause] = []
     for wire in order:
@@ -440,7 +461,7 @@ def _ranked(of_wires: list[list[Cause]], between: list[Cause]) -> list[Cause]:
             merged.append(cause)
         elif wire not in same.wires:
             merged[merged.index(same)] = _merged(same, cause)
-    rivals = [one for found in of_wires if found[0].wires[0] == (order[0] if order else "") for one in found]
+    rivals = [one for found in of_wires if found[0].wires[0] == order[0] for one in found]
     rivals = [one for one in _sorted([*rivals, *between]) if order[0] in one.wires and one not in best.values()]
     doubted = merged[0].score < _BEYOND_DOUBT
     return [*merged[:1], *(one for one in rivals[:2] if doubted and one.score > 0.3), *merged[1:]][:_MOST]

@@ -66,14 +66,15 @@ def pin(run_dir: Path | str, golden_dir: Path | str) -> Comparison | None:
     return replaced
 
 
-def verdict(run: Recording, golden_dir: Path | str) -> Comparison:
+def verdict(run: Recording, golden: Recording | Path | str) -> Comparison:
     """Hold a run that was made here against a golden.
 
     Exactly, where the golden was made on a platform like this one with the same physics engine; elsewhere with
     tolerances and a note. A recording without a golden.toml is compared exactly. Raises RecordingError where the golden
     is not what was pinned.
     """
-    golden = Recording.open(golden_dir)
+    if not isinstance(golden, Recording):
+        golden = Recording.open(golden)
     tolerances, note = how_exactly(golden)
     found = compare(run, golden, tolerances)
     return replace(found, notes=(note, *found.notes)) if note else found
@@ -81,15 +82,13 @@ def verdict(run: Recording, golden_dir: Path | str) -> Comparison:
 
 def told(run: Recording, golden_dir: Path | str) -> Comparison | Report:
     """`verdict`, and where something differs also why: `bench.check.report`."""
-    found = verdict(run, golden_dir)
-    return found if found.ok else explained(run, golden_dir, found)
-
-
-def explained(run: Recording, golden_dir: Path | str, comparison: Comparison) -> Report:
-    """A comparison that found something, with its causes."""
+    golden = Recording.open(golden_dir)
+    found = verdict(run, golden)
+    if found.ok:
+        return found
     from bench.check.report import report  # numpy comes with it, which a run that is as it was never needs
 
-    return report(run, Recording.open(golden_dir), comparison)
+    return report(run, golden, found)
 
 
 def how_exactly(golden: Recording) -> tuple[Mapping[str, float] | None, str]:

@@ -18,6 +18,8 @@ from bench.check.traces import Ints
 Wrong: TypeAlias = NDArray[np.bool_]
 
 LONGEST_LAG_FRAMES = 250
+_SHIFTS = np.array([shift for lag in range(1, LONGEST_LAG_FRAMES + 1) for shift in (lag, -lag)])
+_ASKED = 300
 _FEWEST = 3
 _FEW = 8
 """With fewer frames than this, noise is not told from anything else."""
@@ -127,8 +129,8 @@ def quantised(stretch: Stretch) -> Pattern | None:
     """Only every n-th count is left."""
     golden, run = stretch.golden[stretch.first :], stretch.run[stretch.first :]
     changed = run != golden
-    step = math.gcd(*map(int, np.unique(run[changed])))
-    if step < 2 or step <= math.gcd(*map(int, np.unique(golden))) or len(np.unique(run)) < 3 or changed.sum() < 3:
+    step = int(np.gcd.reduce(run[changed]))
+    if step < 2 or step <= int(np.gcd.reduce(golden)) or len(np.unique(run)) < 3:
         return None
     return Pattern("quantised", float(step), (run % step != 0) | (np.abs(stretch.apart) >= step), 0.99)
 
@@ -136,21 +138,21 @@ def quantised(stretch: Stretch) -> Pattern | None:
 def late(stretch: Stretch) -> Pattern | None:
     """The golden's values, some frames later or earlier, while the frames themselves come in time."""
     golden, run, first, _ = stretch
-    wanted = run[first:]
+    rows = np.arange(first, len(run), dtype=np.int64)
+    # Which shifts are worth a full look shows on some of the frames that differ.
+    asked = rows[golden[first:] != run[first:]][:_ASKED]
+    at = asked[:, None] - _SHIFTS
+    inside = (at >= 0) & (at < len(golden))
+    hits = (inside & (golden[np.clip(at, 0, len(golden) - 1)] == run[asked][:, None])).sum(axis=0)
     best: Pattern | None = None
-    fewest = len(wanted)
-    for lag in range(1, min(LONGEST_LAG_FRAMES, len(golden) - 1) + 1):
-        for shift in (lag, -lag):
-            start, end = first - shift, len(run) - shift
-            low, high = max(0, -start), len(wanted) - max(0, end - len(golden))
-            if high - low < len(wanted) // 2 or high <= low:
-                continue
-            same = wanted[low:high] == golden[start + low : start + high]
-            failed = len(wanted) - int(same.sum())
-            if failed < fewest:
-                wrong = np.ones(len(wanted), bool)
-                wrong[low:high] = ~same
-                fewest, best = failed, Pattern("late", float(shift), wrong, 0.99)
+    fewest_wrong = len(rows)
+    for shift in _SHIFTS[np.argsort(-hits, kind="stable")[:3]].tolist():
+        at = rows - shift
+        inside = (at >= 0) & (at < len(golden))
+        wrong = ~inside
+        wrong[inside] = golden[at[inside]] != run[rows[inside]]
+        if wrong.sum() < fewest_wrong:
+            fewest_wrong, best = int(wrong.sum()), Pattern("late", float(shift), wrong, 0.99)
     return best
 
 
@@ -158,7 +160,7 @@ def noise(stretch: Stretch) -> Pattern | None:
     """Deviations with nothing in common: neither with the one before nor with the signal. Nothing is predicted."""
     apart = stretch.apart
     changed = apart != 0
-    if changed.sum() < _FEW or len(np.unique(apart[changed])) < 2:
+    if changed.sum() < _FEW or (apart[changed] == apart[changed][0]).all():
         return None
     centred = apart - apart.mean()
     power = float((centred * centred).mean())

@@ -182,7 +182,9 @@ class Recording:
         content = self._contents.get(name)
         if content is None:
             content = recording.read_bytes(self.directory / name)
-            self._contents[name] = content = content.replace(b"\r\n", b"\n")
+            if b"\r" in content:  # a search is a tenth of the cost of a replacement that replaces nothing
+                content = content.replace(b"\r\n", b"\n")
+            self._contents[name] = content
         return content
 
     def lines(self, name: str) -> list[bytes]:

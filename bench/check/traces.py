@@ -104,7 +104,7 @@ def can_of(recording: Recording) -> CanArrays:
 
 def _can_traces(recording: Recording, _interner: Interner) -> dict[str, Trace]:
     arrays, family = can_of(recording), recording.family
-    return {f"can 0x{can_id:03X}": _can_trace(arrays, can_id, family) for can_id in np.unique(arrays.can_id).tolist()}
+    return {f"can 0x{can_id:03X}": _can_trace(arrays, can_id, family) for can_id in arrays.ids}
 
 
 def _can_trace(arrays: CanArrays, can_id: int, family: Family) -> Trace:
