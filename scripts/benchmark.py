@@ -7,6 +7,7 @@
                 and against a bare pymunk step of the same body
     simulators  the bench beside MuJoCo and ir-sim, in a throw-away environment (scripts/simulators.py)
     decoders    an RC frame through its decoder
+    compare     two logs of a million frames compared, causes and all, against python-can's reader and a plain loop
     peers       the decoders beside other Python packages, in a throw-away environment (scripts/peers.py)
 
 Every round runs every piece once, in shuffled order, and what is compared takes turns in small slices; a figure is the
@@ -17,6 +18,7 @@ the load average is printed because it moves them all. Exit status 1 if a bar is
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import os
 import platform
@@ -50,6 +52,7 @@ DEMO_FACTORS_AT_LEAST = {"m2006": 30.0, "dm3519": 22.0}
 """Three wheels, four wheels."""
 REFERENCE_FACTOR_AT_LEAST = 4.0
 HELP_FACTOR_AT_MOST, HELP_EXTRA_S = 3.0, 0.030
+COMPARE_FACTOR_AT_LEAST, COMPARE_PEAK_MB_AT_MOST = 10.0, 500.0
 HEAVY = ("can", "cantools", "numpy", "pymunk", "serial", "textual")
 
 RC_PART_TICKS = 13_000
@@ -60,6 +63,7 @@ ARMING_TICKS = 300
 SIMULATED_S = 0.2
 DECODER_FRAMES = 1000
 PEER_FRAMES = 10_000
+COMPARE_FRAMES = 1_000_000
 HELP_RUNS = 5
 
 Sample = dict[str, float]
@@ -291,6 +295,50 @@ def report_decoders(samples: Sequence[Sample]) -> list[Row]:
     ]
 
 
+def measure_compare(order: random.Random, share: float = 1.0) -> Sample:
+    """CPU seconds of whole processes that compare two logs, one that differs in 40 fields and one that comes late."""
+    frames = max(1000, round(COMPARE_FRAMES * share))
+    jobs = {"few": "wheelbench", "late": "wheelbench", "python-can": "python-can"}
+    folder = _large_logs(frames)
+    sample: Sample = {}
+    for name in order.sample(sorted(jobs), len(jobs)):
+        run = "few" if name == "python-can" else name
+        facts = _compare_logs(jobs[name], f"{folder.name}/{run}", f"{folder.name}/golden")
+        sample |= {name: facts["cpu_s"], f"{name} MB": facts["peak_mb"]}
+    return sample
+
+
+def report_compare(samples: Sequence[Sample]) -> list[Row]:
+    """How many times as fast as python-can's reader, and in how much memory."""
+    named = {"few": "40 fields differ", "late": "feedback 3 ms late"}
+    rows = []
+    for name, what in named.items():
+        ratios = [s["python-can"] / s[name] for s in samples]
+        figure = f"comparing two logs, {what}: times as fast as python-can's reader"
+        rows.append(_row_at_least(figure, ratios, COMPARE_FACTOR_AT_LEAST))
+    peak_mb = max(s[f"{name} MB"] for s in samples for name in named)
+    verdict = _verdict(peak_mb <= COMPARE_PEAK_MB_AT_MOST)
+    rows.append(Row("  peak memory", f"{peak_mb:.0f} MB", f"at most {COMPARE_PEAK_MB_AT_MOST:g} MB", verdict))
+    times = ", ".join(f"{median(s[name] for s in samples):.2f}" for name in (*named, "python-can"))
+    rows.append(Row("  CPU s: few, late, python-can (whole processes)", times))
+    return rows
+
+
+@cache
+def _large_logs(frames: int) -> tempfile.TemporaryDirectory[str]:
+    """The recordings for all rounds; they go when this process ends."""
+    folder = tempfile.TemporaryDirectory(prefix="wheelbench-logs-")
+    _compare_logs("make", folder.name, str(frames))
+    return folder
+
+
+def _compare_logs(*arguments: str) -> dict[str, float]:
+    script = Path(__file__).with_name("compare_logs.py")
+    done = subprocess.run([sys.executable, script, *arguments], check=True, capture_output=True, text=True)
+    facts: dict[str, float] = json.loads(done.stdout)
+    return facts
+
+
 def measure_peers(_order: random.Random, share: float = 1.0) -> Sample:
     """Microseconds a frame by "protocol reader"; nothing where the peers cannot be installed."""
     import peers
@@ -339,6 +387,7 @@ PIECES = {
     "help": Piece(measure_help, report_help),
     "robots": Piece(measure_robots, report_robots),
     "decoders": Piece(measure_decoders, report_decoders),
+    "compare": Piece(measure_compare, report_compare),
     "peers": Piece(measure_peers, report_peers),
     "simulators": Piece(measure_simulators, report_simulators),
 }

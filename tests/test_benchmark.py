@@ -17,6 +17,7 @@ pytest.importorskip("cantools", reason="the reference loop of the benchmark need
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
 import benchmark
+import compare_logs
 import peers
 import simulators
 from reference_loop import LibraryLoop
@@ -47,6 +48,21 @@ def test_both_loops_put_the_same_frames_on_the_bus(tmp_path):
     assert len(ours) == 4 * 4200
     assert len({data for _, can_id, data in ours if can_id == 0x200}) > 100, "the robot drives"
     assert frames(tmp_path / "libraries.log") == ours
+
+
+def test_both_readers_find_the_same_differences(tmp_path):
+    compare_logs.make(str(tmp_path), "4000")
+    golden = str(tmp_path / "golden")
+    for run, first in (("few", "differs: "), ("late", "differs: the feedback of all ESCs comes 3 ms late from 0.10")):
+        (ours, said), (theirs, _) = (
+            read(str(tmp_path / run), golden) for read in (compare_logs.wheelbench, compare_logs.python_can)
+        )
+        if run == "few":
+            assert ours == theirs == compare_logs.FIELDS
+            assert said.startswith(first)
+        else:
+            # Where frames have moved, message beside message finds nearly every later line different.
+            assert theirs > ours > 0
 
 
 @pytest.mark.parametrize("name", sorted(benchmark.PIECES.keys() - {"peers", "simulators"}))  # these need a network
