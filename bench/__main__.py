@@ -15,6 +15,7 @@ VERBS = {
     "drive": "the dashboard: drive the simulated robot by keyboard, or watch a recording",
     "replay": "run a scenario, an RC capture or a recording, headless, faster than real time",
     "check": "compare a recording with a golden, and say in words what differs",
+    "goldens": "what is pinned, whether it is whole, and what nothing is held against",
     "failsafe": "every loss in every phase of a drive: does the robot stop when it must?",
     "decode": "any capture to decoded lines or JSON lines",
     "kin": "wheel speeds from a twist and back, matrices, conditioning",

@@ -538,13 +538,13 @@ class Trial(NamedTuple):
     text: str
 
 
-def trials(robots: Sequence[str], seeds: int, faults: Sequence[str], folder: Path) -> Iterator[Trial]:
+def trials(robots: Sequence[str], seeds: Sequence[int], faults: Sequence[str], folder: Path) -> Iterator[Trial]:
     """Every fault on every robot with every seed."""
     for robot in robots:
         golden = drive(robot, folder / robot)
         log = Log.of(golden.directory, robot)
         for fault in faults:
-            for seed in range(seeds):
+            for seed in seeds:
                 changed = log.copy()
                 FAULTS[fault](changed, random.Random(f"{fault} {robot} {seed}"))
                 changed.write(folder / "run")
@@ -578,13 +578,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Inject, ask, print the table, judge."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=SEEDS, metavar="N", help=f"seeds for each (default {SEEDS})")
+    parser.add_argument("--first-seed", type=int, default=0, metavar="N", help="the first of them (default 0)")
     parser.add_argument("--robot", action="append", metavar="R", help="a robot; may be repeated (default: four)")
     parser.add_argument("--fault", action="append", choices=list(FAULTS), metavar="F", help="a fault; may be repeated")
     parser.add_argument("--wrong", action="store_true", help="print the sentence of each that was named wrong")
     args = parser.parse_args(arguments)
+    seeds = range(args.first_seed, args.first_seed + args.seeds)
     started = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="wheelbench-") as folder:
-        done = list(trials(args.robot or ROBOTS, args.seeds, args.fault or list(FAULTS), Path(folder)))
+        done = list(trials(args.robot or ROBOTS, seeds, args.fault or list(FAULTS), Path(folder)))
     if args.wrong:
         for trial in done:
             if trial.named != trial.fault:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import random
+import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -13,7 +15,8 @@ from bench.__main__ import main
 from bench.check.causes import causes
 from bench.check.reading import Recording
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "scripts"))
 
 import causes_bar
 from causes_bar import FAULTS, Log
@@ -157,3 +160,25 @@ def test_the_report_for_machines(golden, log, tmp_path, capsys):
     assert len(said["waveform"]["golden"]) == len(said["waveform"]["run"])
     assert main(["check", str(golden.directory), str(golden.directory), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["causes"] == []
+
+
+def test_the_page_shows_what_is_said(tmp_path, capsys):
+    """docs/goldens.md: its commands are run by test_docs; this is what the last of them prints."""
+    pinned = ROOT / "fixtures" / "pinned" / "demo"
+    shutil.copytree(pinned, tmp_path / "crossed")
+    (tmp_path / "crossed" / "golden.toml").unlink()
+    shutil.copytree(tmp_path / "crossed", tmp_path / "walk")
+    log = tmp_path / "crossed" / "can.log"
+    plugs = {b" 202#": b" 203#", b" 203#": b" 202#"}
+    lines = log.read_bytes().splitlines(keepends=True)
+    moved = [
+        re.sub(rb" 20[23]#", lambda found: plugs[found[0]], line) if _tick(line) >= 4000 else line for line in lines
+    ]
+    log.write_bytes(b"".join(moved))
+    assert main(["check", str(tmp_path / "crossed"), str(tmp_path / "walk")]) == 1
+    shown = (ROOT / "docs" / "goldens.md").read_text(encoding="utf-8").split("```text\n")[1].split("```")[0]
+    assert capsys.readouterr().out == shown
+
+
+def _tick(line: bytes) -> int:
+    return round(float(line[1 : line.index(b")")]) * 1000)

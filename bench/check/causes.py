@@ -13,6 +13,7 @@ asked alone, and count less.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -84,7 +85,9 @@ class Cause:
     @property
     def evidence(self) -> str:
         """What speaks for it, as a clause."""
-        return f"explains {self.differing - self.left} of {self.differing} differences"
+        if not self.left:
+            return "explains every difference there"
+        return f"explains {math.floor(1000 * (1 - self.left / self.differing)) / 10} % of the differences there"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for --json."""
@@ -456,7 +459,9 @@ def _ranked(of_wires: list[list[Cause]], between: list[Cause]) -> list[Cause]:
     merged: list[Cause] = []
     for wire in order:
         cause = best[wire]
-        same = next((one for one in merged if _is_same(one, cause)), None)
+        # What leads stands alone unless the very same happened elsewhere; that others differ too is no part of it.
+        others = merged[1:] if cause.kind == "changed" else merged
+        same = next((one for one in others if _is_same(one, cause)), None)
         if same is None:
             merged.append(cause)
         elif wire not in same.wires:
@@ -470,17 +475,8 @@ def _ranked(of_wires: list[list[Cause]], between: list[Cause]) -> list[Cause]:
 def _is_same(one: Cause, other: Cause) -> bool:
     if one is other:
         return True
-    if one.kind != other.kind or one.kind in (
-        "changed",
-        "noise",
-        "offset",
-        "dropped",
-        "duplicated",
-        "quantised",
-        "rate",
-    ):
-        return False
-    if one.kind == "swapped":
+    own = ("noise", "offset", "dropped", "duplicated", "quantised", "rate", "swapped")
+    if one.kind != other.kind or one.kind in own:
         return False
     return one.amount == other.amount and bool(one.fields) == bool(other.fields)
 

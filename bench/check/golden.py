@@ -14,7 +14,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from bench import __version__
 from bench.check.compare import Comparison, compare
@@ -35,9 +35,13 @@ from bench.check.recording import (
 if TYPE_CHECKING:
     from bench.check.report import Report
 
+Told: TypeAlias = "Comparison | Report"
+"""What was found; a report where there is something to explain."""
 
-def pin(run_dir: Path | str, golden_dir: Path | str) -> Comparison | None:
-    """Make a run the golden; what it replaces is gone. Returns how it differs from the golden that it replaced, if any.
+
+def pin(run_dir: Path | str, golden_dir: Path | str) -> Told | None:
+    """Make a run the golden; what it replaces is gone. Returns how it differs from the golden that it replaced, if any,
+    and why.
 
     Raises RecordingError in CI (the environment variable CI is set), for a run that was cut short, and for a directory
     that holds anything but a golden or the run itself.
@@ -80,15 +84,10 @@ def verdict(run: Recording, golden: Recording | Path | str) -> Comparison:
     return replace(found, notes=(note, *found.notes)) if note else found
 
 
-def told(run: Recording, golden_dir: Path | str) -> Comparison | Report:
+def told(run: Recording, golden_dir: Path | str) -> Told:
     """`verdict`, and where something differs also why: `bench.check.report`."""
     golden = Recording.open(golden_dir)
-    found = verdict(run, golden)
-    if found.ok:
-        return found
-    from bench.check.report import report  # numpy comes with it, which a run that is as it was never needs
-
-    return report(run, golden, found)
+    return _explained(run, golden, verdict(run, golden))
 
 
 def how_exactly(golden: Recording) -> tuple[Mapping[str, float] | None, str]:
@@ -126,9 +125,18 @@ def _sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _against_old(run: Recording, golden_dir: Path) -> Comparison | None:
+def _explained(run: Recording, golden: Recording, found: Comparison) -> Told:
+    if found.ok:
+        return found
+    from bench.check.report import report  # numpy comes with it, which a run that is as it was never needs
+
+    return report(run, golden, found)
+
+
+def _against_old(run: Recording, golden_dir: Path) -> Told | None:
     try:
-        return compare(run, Recording.open(golden_dir))
+        golden = Recording.open(golden_dir)
+        return _explained(run, golden, compare(run, golden))
     except RecordingError:
         return None  # damaged: pinning again is the way to mend it
 

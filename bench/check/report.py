@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.check.align import events_apart
 from bench.check.causes import Cause, causes_of_pairs
-from bench.check.compare import MAX_LINES, Comparison
+from bench.check.compare import MAX_LINES, Comparison, Difference
 from bench.check.fields import shown, shown_value
 from bench.check.lines import RC, STATE
 from bench.check.reading import Recording
@@ -81,6 +81,11 @@ class Report:
     def ok(self) -> bool:
         """The verdict."""
         return self.comparison.ok
+
+    @property
+    def first(self) -> Difference | None:
+        """The comparison's first difference."""
+        return self.comparison.first
 
     @property
     def lines(self) -> list[str]:
@@ -154,7 +159,7 @@ def report(run: Recording, golden: Recording, comparison: Comparison) -> Report:
 
 
 def _said(cause: Cause) -> str:
-    if cause.kind == "length":
+    if cause.kind in ("length", "changed"):
         return cause.text
     return f"{cause.text if cause.is_sure else f'perhaps {cause.text}'} ({cause.evidence})"
 

@@ -68,7 +68,7 @@ class Speaker:
             names.append("the feedback of all ESCs")
             wires = [wire for wire in wires if wire not in self._all_feedback]
         names += [self.wire(wire) for wire in wires]
-        if len(names) > 3 and len(set(cause.wires)) > len(self._all_feedback) + 2:
+        if cause.kind != "changed" and len(names) > 3 and len(set(cause.wires)) > len(self._all_feedback) + 2:
             return "everything", False
         return _listed(names), len(names) > 1 or _is_plural(names[0])
 

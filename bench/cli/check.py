@@ -17,6 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         help="a golden or another recording (the demo's golden unless given)",
     )
+    parser.add_argument(
+        "--update-pinned",
+        action="store_true",
+        help="make RUN the golden at GOLDEN, and say what that changes (refused in CI)",
+    )
     parser.add_argument("--json", action="store_true", help="one JSON object")
 
 
@@ -27,7 +32,24 @@ def run(args: argparse.Namespace) -> int:
     from bench.demo import golden_directory
     from bench.errors import EXIT_FAILED, EXIT_OK
 
+    if args.update_pinned:
+        return _pin(args)
     golden = args.golden or golden_directory()
     found = told(Recording.open(args.run), golden)
     print(json.dumps(found.as_dict()) if args.json else "\n".join(found.lines))
     return EXIT_OK if found.ok else EXIT_FAILED
+
+
+def _pin(args: argparse.Namespace) -> int:
+    from bench.check.golden import pin
+    from bench.errors import EXIT_OK, UsageError
+
+    if args.golden is None:
+        raise UsageError("--update-pinned: say which golden: wheelbench check RUN GOLDEN --update-pinned")
+    changed = pin(args.run, args.golden)
+    if args.json:
+        print(json.dumps({"pinned": str(args.golden), "changed": changed.as_dict() if changed else None}))
+    else:
+        print("\n".join(changed.lines) if changed else "pinned for the first time")
+        print(f"pinned: {args.golden}")
+    return EXIT_OK

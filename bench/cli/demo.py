@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _headless(args: argparse.Namespace) -> int:
-    from bench.check.golden import pin, verdict
+    from bench.check.golden import pin, told
     from bench.check.reading import Recording
     from bench.check.run import from_scenario
     from bench.cli.headless import execute
@@ -51,7 +51,7 @@ def _headless(args: argparse.Namespace) -> int:
             changed = pin(directory, golden_directory())
             print("\n".join(changed.lines) if changed else f"pinned for the first time: {golden_directory()}")
             return EXIT_OK
-        comparison = verdict(Recording.open(directory), golden_directory())
+        comparison = told(Recording.open(directory), golden_directory())
     if args.json:
         print(json.dumps(summary.facts(job) | {"speed_factor": round(speed, 2), "golden": comparison.as_dict()}))
     else:

@@ -47,8 +47,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the source to its end, print what happened, compare where there is something to compare with."""
     import tempfile
 
-    from bench.check.compare import Comparison
-    from bench.check.golden import verdict
+    from bench.check.golden import Told, told
     from bench.check.reading import Recording
     from bench.check.run import from_source
     from bench.cli.headless import execute
@@ -74,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     golden = args.golden or (job.source.directory if job.source else None)
     if golden is not None:
         Recording.open(golden)  # refuse a wrong directory before the run, not after it
-    comparison: Comparison | None = None
+    comparison: Told | None = None
     with tempfile.TemporaryDirectory(prefix="wheelbench-") as scratch:
         directory = args.record or (Path(scratch) / "run" if golden else None)
         can = "sim:" if args.can == "recorded" else args.can
@@ -83,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
             recorder = job.recorder(directory, overwrite=args.overwrite) if directory else None
             summary, speed = execute(job, recorder, quiet=args.json)
         if golden is not None and directory is not None:
-            comparison = verdict(Recording.open(directory), golden)
+            comparison = told(Recording.open(directory), golden)
     verdicts = job.judge.verdicts() if job.judge else []
     untouched = job.injector.untouched() if job.injector else []
     if args.json:

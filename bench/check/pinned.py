@@ -1,0 +1,100 @@
+"""The goldens of a folder, and who uses each: one that nothing is held against only looks like a safety net.
+
+A golden is in use where a test, a scenario, a program or a build file of the same project names it behind the name of
+the folder that it lies in: "pinned/walk", or "pinned" / "walk". What a page of prose says of it is no use.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.check.golden import how_exactly
+from bench.check.reading import Recording
+from bench.check.recording import GOLDEN_TOML, RecordingError
+
+_ENDINGS = (".py", ".toml", ".cfg", ".ini", ".sh", ".yml", ".yaml", ".json")
+_NAMES = ("Makefile", "run")
+_NOT_OURS = ("node_modules", "site-packages", "__pycache__", "build", "dist")
+_LARGEST_BYTES = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Golden:
+    """One golden. `damage` says why it cannot be trusted, and is empty where it can."""
+
+    directory: Path
+    users: tuple[str, ...]
+    """Files that name it, relative to the project."""
+    robot: str = ""
+    ticks: int = 0
+    damage: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether it is whole and in use."""
+        return bool(self.users) and not self.damage
+
+    @property
+    def text(self) -> str:
+        """One line for people."""
+        if self.damage:
+            return f"{self.directory.name:20} {self.damage}"
+        what = f"{self.robot}, {self.ticks / 1000:.1f} s"
+        used = f"used by {', '.join(self.users)}" if self.users else "UNUSED: nothing is held against it; delete it"
+        return f"{self.directory.name:20} {what:20} {used}"
+
+
+def goldens(folder: Path) -> list[Golden]:
+    """Every golden in a folder, by name. Raises RecordingError where there is no such folder."""
+    if not folder.is_dir():
+        raise RecordingError(f"{folder}: is no folder; give the one that your goldens lie in")
+    directories = sorted(path.parent for path in folder.glob(f"*/{GOLDEN_TOML}"))
+    project = _project_of(folder)
+    users: dict[Path, list[str]] = {directory: [] for directory in directories}
+    mentions = {directory: _mention(directory) for directory in directories}
+    for path in _readers(project, folder.resolve()):
+        text = path.read_text(encoding="utf-8", errors="replace")
+        for directory, mention in mentions.items():
+            if mention.search(text):
+                users[directory].append(path.relative_to(project).as_posix())
+    return [_looked_at(directory, tuple(users[directory])) for directory in directories]
+
+
+def _looked_at(directory: Path, users: tuple[str, ...]) -> Golden:
+    try:
+        recording = Recording.open(directory)
+        how_exactly(recording)
+    except RecordingError as error:
+        return Golden(directory, users, damage=str(error))
+    return Golden(directory, users, recording.info.robot, recording.ticks)
+
+
+def _mention(directory: Path) -> re.Pattern[str]:
+    folder, name = (re.escape(part) for part in directory.resolve().parts[-2:])
+    return re.compile(rf"{folder}[\W_]{{1,6}}{name}(?![\w-])")
+
+
+def _project_of(folder: Path) -> Path:
+    """The nearest folder above that looks like a project's own; else the one two above: fixtures/pinned."""
+    above = folder.resolve().parents
+    marked = (path for path in above if any((path / mark).exists() for mark in ("pyproject.toml", ".git", "setup.cfg")))
+    return next(marked, above[min(1, len(above) - 1)])
+
+
+def _readers(project: Path, pinned: Path) -> Iterator[Path]:
+    for at, folders, files in os.walk(project):
+        folders[:] = sorted(
+            name
+            for name in folders
+            if name not in _NOT_OURS
+            and (not name.startswith(".") or name in (".ci", ".github"))
+            and (Path(at) / name).resolve() != pinned
+        )
+        for name in sorted(files):
+            path = Path(at) / name
+            if (path.suffix in _ENDINGS or name in _NAMES) and path.stat().st_size <= _LARGEST_BYTES:
+                yield path
