@@ -15,12 +15,12 @@ from bench.__main__ import main
 from bench.check.causes import causes
 from bench.check.reading import Recording
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
 import causes_bar
 from causes_bar import FAULTS, Log
 
+ROOT = Path(__file__).parents[1]
 SECONDS = 3.2
 SEEDS = (3, 7)
 
