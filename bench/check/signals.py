@@ -18,13 +18,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from bench import rc_decode
 from bench.base import RC_PAUSE_US
-from bench.canbus.table import Family
+from bench.canbus.table import Family, Message
 from bench.config import Robot
-from bench.messages import RcFrame, TickOutput
+from bench.messages import CanFrame, RcFrame, TickOutput
 from bench.motors import family
 from bench.slamware.describe import decoded
 from bench.slamware.framing import FrameDecoder, SlamwareFrame
@@ -32,7 +32,8 @@ from bench.slamware.framing import FrameDecoder, SlamwareFrame
 _SPEED, _ODO_OFF = "speed_mps", "odo_off_m"
 _RC_AGE, _COMMAND_AGE = "rc_age_ms", "command_age_ms"
 _CORE = ("core_vx_mps", "core_vy_mps", "core_omega_radps")
-_RADPS_OF_RPM = math.tau / 60.0
+_Place: TypeAlias = tuple[str, int, float]
+"""Signal, which of the message's values, and what a count of it is worth."""
 
 
 def names(robot: Robot, state_columns: Sequence[str]) -> tuple[str, ...]:
@@ -119,42 +120,52 @@ class _Motors:
     """Commands and feedback of every wheel, in A and rad/s of the wheel, positive in its own sense."""
 
     def __init__(self, robot: Robot, messages: Family, wanted: frozenset[str]) -> None:
-        self._family = messages
-        self._amperes = messages.full_scale_a / messages.full_scale_raw
-        # ESC number -> name, sign; feedback identifier -> names and the share of a rotor turn a minute in rad/s.
-        self._commands: dict[int, tuple[str, float]] = {}
-        self._feedback: dict[int, tuple[str, str, float, float]] = {}
+        amperes = messages.full_scale_a / messages.full_scale_raw
+        self._commands: dict[int, tuple[Message, list[_Place]]] = {}
+        self._feedback: dict[int, tuple[Message, list[_Place]]] = {}
         for number, wheel in enumerate(robot.wheels, 1):
-            self._commands[wheel.can_id] = f"command{number}_a", wheel.direction * self._amperes
-            speed = f"feedback{number}_radps"
-            self._feedback[messages.feedback[wheel.can_id - 1].can_id] = (
-                speed, f"feedback{number}_a", wheel.direction * _RADPS_OF_RPM / wheel.gear,
-                wheel.direction * self._amperes,
-            )  # fmt: skip
+            report = messages.feedback[wheel.can_id - 1]
+            group = next(one for one in messages.commands if _place(one, f"current_{wheel.can_id}") is not None)
+            rpm, ampere = wheel.direction * math.tau / 60.0 / wheel.gear, wheel.direction * amperes
+            for found, message, name, field, scale in (
+                (self._commands, group, f"command{number}_a", f"current_{wheel.can_id}", ampere),
+                (self._feedback, report, f"feedback{number}_radps", "speed", rpm),
+                (self._feedback, report, f"feedback{number}_a", "current", ampere),
+            ):
+                place = _place(message, field)
+                if place is not None and (name in wanted or found is self._commands):
+                    found.setdefault(message.can_id, (message, []))[1].append((name, place, scale))
         self._by_command = any(name.startswith("command") for name in wanted)
-        self._by_feedback = any(name.startswith("feedback") for name in wanted)
         self._command_tick: int | None = None
 
     def take(self, out: TickOutput, sample: dict[str, Any]) -> None:
         if self._by_command:
-            for can_id, data in out.can_commands:
-                message = self._family.message(can_id, len(data))
-                for key, value in (message.describe(data) if message else {}).items():
-                    if key.startswith("current_"):
-                        self._command_tick = out.tick
-                        name, scale = self._commands.get(int(key.split("_")[1]), ("", 0.0))
-                        if name in sample:
-                            sample[name] = float(value) * scale
+            if self._read(self._commands, out.can_commands, sample):
+                self._command_tick = out.tick
             if _COMMAND_AGE in sample and self._command_tick is not None:
                 sample[_COMMAND_AGE] = out.tick - self._command_tick
-        if self._by_feedback:
-            for can_id, data in out.can_feedback:
-                speed, current, per_rpm, per_count = self._feedback.get(can_id, ("", "", 0.0, 0.0))
-                if speed not in sample and current not in sample:
-                    continue
-                message = self._family.message(can_id, len(data))
-                values = message.describe(data) if message else {}
-                for name, key, scale in ((speed, "speed", per_rpm), (current, "current", per_count)):
-                    found = next((value for each, value in values.items() if each.startswith(key)), None)
-                    if name in sample and found is not None:
-                        sample[name] = float(found) * scale
+        if self._feedback:
+            self._read(self._feedback, out.can_feedback, sample)
+
+    def _read(
+        self,
+        known: dict[int, tuple[Message, list[_Place]]],
+        frames: Iterable[CanFrame],
+        sample: dict[str, Any],
+    ) -> bool:
+        read = False
+        for can_id, data in frames:
+            message, places = known.get(can_id, (None, []))
+            values = message.decode(data) if message is not None else None
+            if values is None:
+                continue
+            read = True
+            for name, place, scale in places:
+                if name in sample:
+                    sample[name] = values[place] * scale
+        return read
+
+
+def _place(message: Message, field: str) -> int | None:
+    """Where `decode` has a field; None where the message has none of this name."""
+    return next((place for place, one in enumerate(message.variables) if one.name == field), None)
