@@ -62,7 +62,7 @@ TOOLS = (
 )
 """What tests and bench import from outside, loaded once for all forks."""
 OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "--tb=no")
-OPTIONS += ("-W", "ignore::pytest.PytestAssertRewriteWarning")  # of TOOLS that are plugins too
+OPTIONS += ("--assert=plain",)  # pytest would read bench itself, as it does where a plugin is installed from: no mutant
 
 Piece = TypeVar("Piece")
 

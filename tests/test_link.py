@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bench.config import LinkLimits, load_profile
 from bench.link import DEGRADED, HOLD, LIVE, LOST, NEUTRAL, NEVER_SEEN, RcLink
@@ -188,3 +190,30 @@ def test_a_frame_that_lacks_only_the_last_used_channel_is_refused():
     link = live_link()
     assert link.step(1, [frame(MOVED[:5])]) == NEUTRAL
     assert link.reason == "channels missing"
+
+
+_NEWS = st.sampled_from(
+    [frame(), frame(REST), frame(frame_lost=True), frame(failsafe=True), RcNoise(0, 3, "header"),
+     RcLinkStatistics(0, 14, 0, -108, 11), RcLinkStatistics(0, 14, 99, -60, 11)]
+)  # fmt: skip
+
+
+@given(st.lists(st.tuples(st.sampled_from([1, 2, 10, 25, 26, 27, 75, 101, 501]), _NEWS), max_size=8))
+def test_what_is_left_out_before_review_tick_changes_nothing(news):
+    always, mostly_not, now = a_link(), a_link(), 0
+    for silence, event in [*news, (600, frame())]:
+        for tick in range(now, now + silence):
+            always.step(tick, ())
+            if tick >= mostly_not.review_tick:
+                mostly_not.step(tick, ())
+            assert (mostly_not.state, mostly_not.reason) == (always.state, always.reason)
+        now += silence
+        assert mostly_not.step(now, [event]) == always.step(now, [event])
+        now += 1
+
+
+def test_review_tick_is_the_first_in_which_silence_is_news():
+    link = a_link()
+    link.step(40, [frame()])
+    assert link.step(link.review_tick - 1, ()) == LIVE
+    assert link.step(link.review_tick, ()) == HOLD
