@@ -8,13 +8,14 @@ A run is a function of its inputs: nothing under this file reads a clock, a file
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
-from bench.arena import FIELD, Arena
+from bench.arena import FIELD, ORIGIN, Arena
 from bench.base import Base, ControlledBase
 from bench.canbus.watch import Finding
 from bench.config import Robot, load_robot
-from bench.messages import STATE_PERIOD_TICKS, Snapshot, TickInput, TickOutput
+from bench.messages import STATE_PERIOD_TICKS, Pose, Snapshot, TickInput, TickOutput
 from bench.noise import SILENT, Noise
 from bench.odometry import wrap
 from bench.plant import Plant
@@ -40,6 +41,8 @@ class Bench:
         more = _more_columns(world.robot)
         self.state_columns = (*_state_columns(world.robot), *more)
         self._has_more = bool(more)
+        start = world.plant.pose
+        self._start = start if start != ORIGIN else None
         if isinstance(base, Base):  # a foreign base has sensors of its own
             base.slave.senses = ArenaSenses(world.robot, world.plant, world.plant.arena)
 
@@ -69,13 +72,25 @@ class Bench:
         """What a screen shows of the bench at this instant. Raises TypeError for a foreign base."""
         return _snapshot(self)
 
+    def believed_pose(self, base: Base) -> Pose:
+        """Where the base believes the robot is, in the field: its odometry counts from where the robot began."""
+        x_m, y_m, heading_rad = base.odometry.pose
+        if self._start is None:
+            return Pose(x_m, y_m, heading_rad)
+        cos, sin = math.cos(self._start.heading_rad), math.sin(self._start.heading_rad)
+        return Pose(
+            self._start.x_m + cos * x_m - sin * y_m,
+            self._start.y_m + sin * x_m + cos * y_m,
+            wrap(self._start.heading_rad + heading_rad),
+        )
+
     def _state_row(self, tick: int) -> tuple[float | int | str, ...]:
         plant = self.world.plant
         row: list[float | int | str] = [tick / 1000.0, *plant.pose, *plant.twist]
         base = self.base
         if isinstance(base, Base):
             link = base.link
-            row += base.odometry.pose
+            row += base.odometry.pose if self._start is None else self.believed_pose(base)
             row += (link.state if link else "no rc", int(base.drive.armed), base.drive.driver)
             wanted = base.wanted_radps
         else:
@@ -115,7 +130,7 @@ def _snapshot(bench: Bench) -> Snapshot:
         tick=bench.now_tick,
         pose=plant.pose,
         twist=plant.twist,
-        odometry=base.odometry.pose,
+        odometry=bench.believed_pose(base),
         link=link.state if link else "no rc",
         link_reason=link.reason if link else "this robot takes the core alone",
         link_age_ms=link.age_ticks(last_tick) if link else None,

@@ -304,3 +304,32 @@ def test_the_dashboard_draws_what_stands_and_lies_there():
     assert "field 4 × 3 m" in "\n".join(drawn)
     assert sum(a != b for a, b in zip(plain, drawn, strict=True)) > 5
     assert picture(scene(arena=COURSE, discs=plant.discs, zoom=True), 120, 40) != plain
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 90.0, -135.0])
+def test_odometry_is_told_in_the_field_wherever_the_robot_began(tmp_path, capsys, heading_deg):
+    arena = tmp_path / "arena.toml"
+    arena.write_text(
+        f"schema = 1\nlength_m = 6.0\nwidth_m = 4.0\n[start]\nx_m = -1.0\ny_m = 0.5\nheading_deg = {heading_deg}\n"
+    )
+    scenario = tmp_path / "s.toml"
+    scenario.write_text(
+        """
+schema = 1
+name = "s"
+seconds = 2.0
+arena = "arena.toml"
+[[stick]]
+at_s = 0.2
+aux1 = true
+[[stick]]
+at_s = 0.4
+forward = 0.4
+turn = 0.2
+[[expect]]
+always = "odo_off_m < 0.005 and abs(wrap(odo_heading_rad - heading_rad)) < 0.01"
+[[expect]]
+eventually = "hypot(x_m + 1, y_m - 0.5) > 0.3"
+"""
+    )
+    assert main(["replay", str(scenario)]) == 0, capsys.readouterr().out
