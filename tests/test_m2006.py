@@ -112,7 +112,7 @@ def test_feedback_shows_the_rotor_behind_the_gear():
 def test_reported_speed_settles_at_rotor_rpm_within_its_filter():
     escs = EmulatedEscs(ROBOT)
     at_rest = escs.feedback([0.0] * 3, [0.0] * 3, [0.0] * 3)
-    assert [decode_feedback(data) for _, data in at_rest] == [(0, 0, 0)] * 3
+    assert [data for _, data in at_rest] == [bytes(8)] * 3, "bytes 6 and 7 are empty on a C610"
     full = -10.0 * 36 * 60 / math.tau
     for tick in range(1, 12):
         frames = escs.feedback([0.0] * 3, [10.0] * 3, [0.0] * 3)
@@ -191,10 +191,31 @@ _ONE_TICK = st.tuples(
 )
 
 
+class ByWheel:
+    """What the feedback of three wheels adds up to, in counts of the wire, each wheel by itself."""
+
+    def __init__(self):
+        self.heard, self.last, self.turned_counts, self.taken = [-1] * 3, [None] * 3, [0] * 3, -1
+
+    def turned(self, tick, frames, gap_ticks):
+        silent = tick - min(self.heard)
+        for can_id, data in frames:
+            wheel = can_id - 0x201
+            if wheel in range(3) and len(data) == 8:
+                angle = data[0] * 256 + data[1]
+                if self.last[wheel] is not None:
+                    self.turned_counts[wheel] += (angle - self.last[wheel] + 4096) % 8192 - 4096
+                self.heard[wheel], self.last[wheel] = tick, angle
+        if min(self.heard) <= self.taken:
+            return None
+        counts, self.turned_counts, self.taken = self.turned_counts, [0] * 3, tick
+        return counts if silent <= gap_ticks else []
+
+
 @given(st.lists(_ONE_TICK, max_size=25))
 def test_in_which_order_the_reports_of_a_tick_arrive_makes_no_difference(ticks):
     """In wheel order, tick after tick, they take a way of their own through the bus; turned round they do not."""
-    usual, unusual, tick = MotorBus(ROBOT), MotorBus(ROBOT), -1
+    usual, unusual, plain, tick = MotorBus(ROBOT), MotorBus(ROBOT), ByWheel(), -1
     for gap, what, angles in ticks:
         tick += gap
         reports = [(0x201 + i, angle.to_bytes(2, "big") + bytes((1, i, 2, i, 0, 0))) for i, angle in enumerate(angles)]
@@ -202,10 +223,27 @@ def test_in_which_order_the_reports_of_a_tick_arrive_makes_no_difference(ticks):
             "two": reports[1:], "none": [], "twice": reports * 2,
             "short": [*reports[:2], (0x203, bytes(7))], "foreign": [(0x205, bytes(8)), *reports],
         }.get(what, reports)  # fmt: skip
-        assert usual.turned(tick, frames, 2) == unusual.turned(tick, sorted(frames, reverse=True), 2)
+        turned_rad = usual.turned(tick, frames, 2)
+        assert turned_rad == unusual.turned(tick, sorted(frames, reverse=True), 2)
+        counts = turned_rad if turned_rad is None else [round(rad * -36 * 8192 / math.tau) for rad in turned_rad]
+        assert counts == plain.turned(tick, frames, 2)
         for name in ("speeds_radps", "currents_ma", "rotor_rpm", "complete", "quietest_tick", "malformed_frames"):
             assert getattr(usual, name) == getattr(unusual, name), name
-        assert usual.silences(tick) == unusual.silences(tick)
+        assert usual.silences(tick) == unusual.silences(tick) == [tick - heard for heard in plain.heard]
+
+
+def test_a_tick_like_the_one_before_is_not_kept_by_wheel():
+    class Counting(MotorBus):
+        by_wheel = 0
+
+        def receive(self, tick, frames):
+            self.by_wheel += 1
+            super().receive(tick, frames)
+
+    bus = Counting(ROBOT)
+    for tick in range(100):
+        assert bus.turned(tick, feedback_for(tick / 1000), 2) is not None
+    assert bus.by_wheel == 1, "the first tick has none before it"
 
 
 @pytest.mark.parametrize(("policy", "expected"), [("hold", [0.3, 0.3]), ("zero", [0.3, 0.0])])
