@@ -105,6 +105,7 @@ def test_a_stuff_bit_may_follow_the_last_bit_of_the_checksum():
         ({"can_id": 1 << 29, "extended": True}, "outside 0..0x1fffffff"),
         ({"can_id": 1, "data": bytes(9)}, "length 9 outside 0..8"),
         ({"can_id": 1, "remote_length": 9}, "length 9 outside 0..8"),
+        ({"can_id": 1, "remote_length": -1}, "length -1 outside 0..8"),
         ({"can_id": 1, "data": b"x", "remote_length": 1}, "a remote frame carries no data"),
     ],
 )
@@ -113,6 +114,7 @@ def test_what_is_no_classic_frame_is_refused(arguments, says):
         frame_bits(**arguments)
 
 
-def test_bounds_refuse_a_length_that_does_not_exist():
-    with pytest.raises(ValueError, match=r"length 9 outside 0\.\.8"):
-        worst_bits(9)
+@pytest.mark.parametrize("length", [9, -1])
+def test_bounds_refuse_a_length_that_does_not_exist(length):
+    with pytest.raises(ValueError, match=rf"length {length} outside 0\.\.8"):
+        worst_bits(length)

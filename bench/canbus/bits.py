@@ -112,7 +112,7 @@ def _checksum_table() -> tuple[int, ...]:
     for byte in range(256):
         register = byte << 7
         for _ in range(8):
-            register = (register << 1) ^ (POLYNOMIAL | 0x8000 if register & 0x4000 else 0)
+            register = (register << 1) ^ (POLYNOMIAL if register & 0x4000 else 0)
         table.append(register & 0x7FFF)
     return tuple(table)
 
