@@ -167,7 +167,7 @@ def _file_name(test: str) -> str:
 
 
 def _hold_against(run: Path, folder: Path, update: bool) -> None:
-    from bench.check.golden import pin, verdict
+    from bench.check.golden import pin, told
     from bench.check.reading import Recording
     from bench.errors import BenchError
 
@@ -178,7 +178,7 @@ def _hold_against(run: Path, folder: Path, update: bool) -> None:
             return
         if not folder.exists():
             pytest.fail(f"there is no golden {folder}; look at the run, then pin it: pytest --update-pinned", False)
-        found = verdict(Recording.open(run), folder)
+        found = told(Recording.open(run), folder)
     except BenchError as error:
         pytest.fail(str(error), pytrace=False)
     if not found.ok:

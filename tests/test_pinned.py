@@ -89,6 +89,17 @@ def test_goldens_that_nothing_uses_are_reported(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["ok"]
 
 
+def test_goldens_of_the_plugin_are_used_by_the_test_of_their_name(tmp_path):
+    folder = tmp_path / "tests" / "goldens"
+    run = run_in(tmp_path / "a")
+    for name in ("test_walk", "test_walk_fast_", "turn", "test_gone"):
+        pin(run, folder / name)
+    (tmp_path / "pyproject.toml").write_text("")
+    (tmp_path / "tests" / "test_base.py").write_text('def test_walk(golden):\n    golden()\n    golden("turn")\n')
+    used = {one.directory.name: bool(one.users) for one in goldens(folder)}
+    assert used == {"test_walk": True, "test_walk_fast_": True, "turn": True, "test_gone": False}
+
+
 def test_a_damaged_golden_is_reported(tmp_path, capsys):
     folder = project(tmp_path)
     (folder / "walk" / "rc.log").write_text("")

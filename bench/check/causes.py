@@ -76,6 +76,8 @@ class Cause:
     left: int
     """Of so many differences so many stay unexplained."""
     text: str = ""
+    usual: float = 0.0
+    """What the golden has in place of the amount, where a sentence needs both: its period."""
 
     @property
     def is_sure(self) -> bool:
@@ -182,8 +184,7 @@ def _of_rate(golden: Trace, run: Trace, blank: Cause, total: int) -> Iterator[Ca
         return
     before = (usual[-1] - usual[0]) / (len(usual) - 1)
     if abs(period - before) * len(there) >= 3.0 and abs(period / before - 1.0) > 0.005:
-        # The usual period goes with the new one: a sentence has both.
-        yield replace(_scored(blank, "rate", period, total, 0, 0.99), fields=(f"{before:.6g}",))
+        yield replace(_scored(blank, "rate", period, total, 0, 0.99), usual=float(before))
 
 
 # --- values ------------------------------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 """The goldens of a folder, and who uses each: one that nothing is held against only looks like a safety net.
 
 A golden is in use where a test, a scenario, a program or a build file of the same project names it behind the name of
-the folder that it lies in: "pinned/walk", or "pinned" / "walk". What a page of prose says of it is no use.
+the folder that it lies in: "pinned/walk", or "pinned" / "walk". The plugin's fixture takes its golden by the name of
+the test, so a test of that name is a user too, and so is `golden("walk")`. What a page of prose says of it is no use.
 """
 
 from __future__ import annotations
@@ -75,7 +76,18 @@ def _looked_at(directory: Path, users: tuple[str, ...]) -> Golden:
 
 def _mention(directory: Path) -> re.Pattern[str]:
     folder, name = (re.escape(part) for part in directory.resolve().parts[-2:])
-    return re.compile(rf"{folder}[\W_]{{1,6}}{name}(?![\w-])")
+    by_path = rf"{folder}[\W_]{{1,6}}{name}(?![\w-])"
+    by_fixture = rf"golden\(\s*[\"']{name}[\"']"
+    # A parametrised test has its parameters behind its own name.
+    tests = "|".join(re.escape(test) for test in _beginnings(directory.name))
+    return re.compile(rf"{by_path}|{by_fixture}|def (?:{tests})\(" if tests else f"{by_path}|{by_fixture}")
+
+
+def _beginnings(name: str) -> list[str]:
+    """What the test may be called whose golden has this name: all of it, or up to one of its underscores."""
+    if not name.startswith("test_"):
+        return []
+    return [name, *(name[: at.start()] for at in re.finditer("_", name) if at.start() > len("test"))]
 
 
 def _project_of(folder: Path) -> Path:

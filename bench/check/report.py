@@ -19,7 +19,7 @@ from bench.check.compare import MAX_LINES, Comparison, Difference
 from bench.check.fields import shown, shown_value
 from bench.check.lines import RC, STATE
 from bench.check.reading import Recording
-from bench.check.traces import FieldTrace, Trace, traces_of_pair
+from bench.check.traces import FieldTrace, Ints, Trace, traces_of_pair
 from bench.check.waveform import DOTS, drawn
 from bench.check.words import Speaker, number, seconds
 
@@ -41,7 +41,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Both traces of one field around the first difference, a value for each dot; None where there was no frame yet."""
+    """Both traces of one field around the first difference, a value for each dot; None where no frame came."""
 
     title: str
     first_tick: int
@@ -133,10 +133,10 @@ class Report:
     def _table(self) -> Iterator[str]:
         if not self.cells:
             return
-        yield f"  {'':24}{'golden':>16}{'run':>16}"
+        yield f"  {'':24}{'golden':>20}{'run':>20}"
         for cell in self.cells:
             sides = ("-" if value is None else f"{shown_value(value)}{cell.unit}" for value in (cell.golden, cell.run))
-            line = f"  {cell.name:24}" + "".join(f"{side:>16}" for side in sides)
+            line = f"  {cell.name:24}" + "".join(f"{side:>20}" for side in sides)
             yield line + ("  <" if cell.golden != cell.run else "")
 
 
@@ -206,20 +206,20 @@ def _told_field(golden: Trace, run: Trace, lead: Cause, tick: int) -> str | None
 def _picture(speaker: Speaker, wire: str, name: str, golden: Trace, run: Trace, tick: int) -> Picture | None:
     gaps = np.diff(golden.ticks)
     per_dot = float(max(1.0, np.median(gaps))) if len(gaps) else 1.0
-    start = max(0, round(tick - _BEFORE * DOTS * per_dot))
+    end = max(int(side.ticks[-1]) for side in (golden, run) if len(side))
+    start = max(0, round(min(tick - _BEFORE * DOTS * per_dot, end - DOTS * per_dot)))
     times = (start + per_dot * np.arange(DOTS)).astype(np.int64)
-    sides = [_held(side, side.fields[name], times) for side in (golden, run)]
+    sides = [_held(side, side.fields[name], times, per_dot) for side in (golden, run)]
     unit = shown("" if wire == STATE else wire, name)[1]
     title = speaker.field(wire, name)
     return Picture(title, start, per_dot, sides[0], sides[1], "" if wire == RC else unit, tick)
 
 
-def _held(trace: Trace, one: FieldTrace, times: np.ndarray[Any, Any]) -> tuple[float | None, ...]:
-    """The field's newest value at each time."""
+def _held(trace: Trace, one: FieldTrace, times: Ints, per_dot: float) -> tuple[float | None, ...]:
+    """The field's newest value at each time; None where a frame should have come and none has."""
     rows = np.flatnonzero(one.valid)
     at = np.searchsorted(trace.ticks[rows], times, "right") - 1
-    end = trace.ticks[-1] if len(trace) else -1
     return tuple(
-        float(one.counts[rows[row]] * one.step) if row >= 0 and time <= end else None
+        float(one.counts[rows[row]] * one.step) if row >= 0 and time - trace.ticks[rows[row]] < 1.5 * per_dot else None
         for row, time in zip(at.tolist(), times.tolist(), strict=True)
     )

@@ -118,8 +118,7 @@ def _can_trace(arrays: CanArrays, can_id: int, family: Family) -> Trace:
         valid = (lengths == message.length) & is_message(message, data)
         for name, values in fields_of(message, data).items():
             counts = 8192 if name.endswith("angle_counts") else 0
-            scale = next(one.scale for one in message.variables if one.key == name)
-            fields[name] = FieldTrace(values, valid, scale if name.endswith("_raw") else 1.0, counts)
+            fields[name] = FieldTrace(values, valid, 1.0, counts)
     return Trace(f"can 0x{can_id:03X}", arrays.tick[rows].astype(np.int64), keys, fields)
 
 

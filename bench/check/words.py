@@ -8,39 +8,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from bench.check.fields import shown
 from bench.check.lines import BASE_TO_CORE, CORE_TO_BASE, FEEDBACK_IDS, RC, STATE, can_id_of
 from bench.check.reading import Recording
 from bench.config import ConfigError, load_robot
 
+if TYPE_CHECKING:
+    from bench.check.causes import Cause
+
 _AT_THE_START_TICKS = 20
 _COMMAND_IDS = (0x200, 0x1FF)
 _ESC_IDS = range(0x201, 0x209)
 _SLOT = re.compile(r"current_(\d)_")
 _WHEEL = re.compile(r"wheel_?(\d)_")
-
-
-class Described(Protocol):
-    """What a sentence is made from: `causes.Cause` is one."""
-
-    @property
-    def kind(self) -> str: ...  # noqa: D102
-    @property
-    def wires(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def fields(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def first_tick(self) -> int: ...  # noqa: D102
-    @property
-    def last_tick(self) -> int | None: ...  # noqa: D102
-    @property
-    def amount(self) -> float: ...  # noqa: D102
-    @property
-    def score(self) -> float: ...  # noqa: D102
-    @property
-    def differing(self) -> int: ...  # noqa: D102
 
 
 class Speaker:
@@ -54,11 +36,11 @@ class Speaker:
             self._wheels = {}
         self._all_feedback = {f"can 0x{0x200 + can_id:03X}" for can_id in self._wheels}
 
-    def sentence(self, cause: Described) -> str:
+    def sentence(self, cause: Cause) -> str:
         """The cause in words with units."""
         return _SAY[cause.kind](self, cause)
 
-    def subject(self, cause: Described) -> tuple[str, bool]:
+    def subject(self, cause: Cause) -> tuple[str, bool]:
         """What it happened to, and whether that is plural."""
         if len(cause.fields) == 1 and len(cause.wires) == 1:
             return self.field(cause.wires[0], cause.fields[0]), False
@@ -104,7 +86,7 @@ class Speaker:
         """The wheel that an ESC drives, if the robot has it; else the ESC."""
         return f"wheel {self._wheels[esc]}" if esc in self._wheels else f"ESC {esc}"
 
-    def swapped(self, cause: Described) -> str:
+    def swapped(self, cause: Cause) -> str:
         """Both partners, as wheels where they are wheels."""
         if len(cause.wires) > 1:
             escs = [can_id_of(wire) - 0x200 for wire in cause.wires]
@@ -121,7 +103,7 @@ class Speaker:
         return f"{_listed([shown(wire, name)[0] for name in fields])} in {self.wire(wire)} are swapped"
 
 
-def when(cause: Described) -> str:
+def when(cause: Cause) -> str:
     """From when on, or from when to when; empty where it is the whole run."""
     if cause.last_tick is None:
         return " from the start" if cause.first_tick <= _AT_THE_START_TICKS else f" from {seconds(cause.first_tick)} on"
@@ -148,31 +130,29 @@ def _is_plural(name: str) -> bool:
     return name.startswith("the commands") or (name.endswith("s") and not name.startswith("the feedback"))
 
 
-def _with_unit(cause: Described, value: float) -> str:
+def _with_unit(cause: Cause, value: float) -> str:
     unit = shown(cause.wires[0], cause.fields[0])[1] if cause.fields else ""
     if cause.wires[0] == STATE and cause.fields:
         unit = shown("", cause.fields[0])[1]
-    if unit == " counts" and cause.fields[0].endswith("_raw") and cause.wires[0] != RC:
-        unit = " A"
     return f"{number(value)}{unit}"
 
 
-def _said(verb: str, plural_verb: str) -> Callable[[Speaker, Described], str]:
-    def say(speaker: Speaker, cause: Described) -> str:
+def _said(verb: str, plural_verb: str) -> Callable[[Speaker, Cause], str]:
+    def say(speaker: Speaker, cause: Cause) -> str:
         subject, is_plural = speaker.subject(cause)
         return f"{subject} {plural_verb if is_plural else verb}{when(cause)}"
 
     return say
 
 
-def _late(speaker: Speaker, cause: Described) -> str:
+def _late(speaker: Speaker, cause: Cause) -> str:
     subject, is_plural = speaker.subject(cause)
     how = "late" if cause.amount > 0 else "early"
     return f"{subject} {'come' if is_plural else 'comes'} {abs(cause.amount):.0f} ms {how}{when(cause)}"
 
 
-def _counted(what: str) -> Callable[[Speaker, Described], str]:
-    def say(speaker: Speaker, cause: Described) -> str:
+def _counted(what: str) -> Callable[[Speaker, Cause], str]:
+    def say(speaker: Speaker, cause: Cause) -> str:
         subject, is_plural = speaker.subject(cause)
         frames = "rows" if cause.wires[0] == STATE else "frames"
         frames = f"{cause.amount:.0f} {frames if cause.amount != 1 else frames[:-1]}"
@@ -181,57 +161,56 @@ def _counted(what: str) -> Callable[[Speaker, Described], str]:
     return say
 
 
-def _flipped(speaker: Speaker, cause: Described) -> str:
+def _flipped(speaker: Speaker, cause: Cause) -> str:
     subject, is_plural = speaker.subject(cause)
     if cause.amount and len(cause.fields) == 1:
         return f"{subject} is reversed around {_with_unit(cause, cause.amount)}{when(cause)}"
     return f"{subject} {'have' if is_plural else 'has'} the opposite sign{when(cause)}"
 
 
-def _valued(what: str) -> Callable[[Speaker, Described], str]:
-    def say(speaker: Speaker, cause: Described) -> str:
+def _valued(what: str) -> Callable[[Speaker, Cause], str]:
+    def say(speaker: Speaker, cause: Cause) -> str:
         subject, is_plural = speaker.subject(cause)
         return f"{subject} {'are' if is_plural else 'is'} {what.format(_with_unit(cause, cause.amount))}{when(cause)}"
 
     return say
 
 
-def _offset(speaker: Speaker, cause: Described) -> str:
+def _offset(speaker: Speaker, cause: Cause) -> str:
     subject, is_plural = speaker.subject(cause)
     sign = "+" if cause.amount > 0 else ""
     return f"{subject} {'are' if is_plural else 'is'} offset by {sign}{_with_unit(cause, cause.amount)}{when(cause)}"
 
 
-def _stuck(speaker: Speaker, cause: Described) -> str:
+def _stuck(speaker: Speaker, cause: Cause) -> str:
     subject, is_plural = speaker.subject(cause)
     at = f" at {_with_unit(cause, cause.amount)}" if len(cause.fields) == 1 else ""
     return f"{subject} {'are' if is_plural else 'is'} stuck{at}{when(cause)}"
 
 
-def _scaled(speaker: Speaker, cause: Described) -> str:
+def _scaled(speaker: Speaker, cause: Cause) -> str:
     subject, is_plural = speaker.subject(cause)
     return f"{subject} {'are' if is_plural else 'is'} scaled by {cause.amount:.3g}{when(cause)}"
 
 
-def _noise(speaker: Speaker, cause: Described) -> str:
+def _noise(speaker: Speaker, cause: Cause) -> str:
     subject, is_plural = speaker.subject(cause)
     size = f" of {_with_unit(cause, cause.amount)} (rms)" if len(cause.fields) == 1 else ""
     return f"{subject} {'have' if is_plural else 'has'} noise{size}{when(cause)}"
 
 
-def _rate(speaker: Speaker, cause: Described) -> str:
+def _rate(speaker: Speaker, cause: Cause) -> str:
     subject, is_plural = _whole(speaker, cause)
-    usual = cause.fields[0]
-    new = f"{cause.amount:.3f}".rstrip("0").rstrip(".")
+    new, usual = (f"{period:.3f}".rstrip("0").rstrip(".") for period in (cause.amount, cause.usual))
     return f"{subject} {'come' if is_plural else 'comes'} every {new} ms instead of every {usual} ms{when(cause)}"
 
 
-def _whole(speaker: Speaker, cause: Described) -> tuple[str, bool]:
+def _whole(speaker: Speaker, cause: Cause) -> tuple[str, bool]:
     name = speaker.wire(cause.wires[0])
     return name, _is_plural(name)
 
 
-def _order(speaker: Speaker, cause: Described) -> str:
+def _order(speaker: Speaker, cause: Cause) -> str:
     if len(cause.wires) == 1:
         subject, is_plural = _whole(speaker, cause)
         return f"{subject} {'come' if is_plural else 'comes'} in another order{when(cause)}"
@@ -239,12 +218,12 @@ def _order(speaker: Speaker, cause: Described) -> str:
     return f"{ids} come in another order within {cause.amount:.0f} ticks{when(cause)}"
 
 
-def _length(_: Speaker, cause: Described) -> str:
+def _length(_: Speaker, cause: Cause) -> str:
     how = "ends {} later" if cause.amount > 0 else "ends {} earlier"
     return f"the run {how.format(seconds(abs(int(cause.amount))))} than the golden; until then they are the same"
 
 
-_SAY: dict[str, Callable[[Speaker, Described], str]] = {
+_SAY: dict[str, Callable[[Speaker, Cause], str]] = {
     "late": _late,
     "dropped": _counted("dropped: {frames} of the golden missing"),
     "duplicated": _counted("duplicated: {frames} twice"),
