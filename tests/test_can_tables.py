@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.canbus import c610, dm3519, instruments
+from bench.canbus import c610, dm3519, instruments, table
 from bench.canbus.dbc import dbc
 from bench.canbus.table import Field, Message, byte_table
 
@@ -218,9 +218,22 @@ def test_a_byte_table_shows_what_no_field_uses():
     assert message.encode((7, -1)) == bytes.fromhex("0000 07 0000 FFFF 00")
 
 
-def test_an_identifier_that_cannot_be_is_refused():
-    with pytest.raises(ValueError, match="identifier 0x800 outside"):
-        Message("M", 0x800, "A", ("B",), ())
+@pytest.mark.parametrize(("can_id", "says"), [(0x800, "0x800"), (-1, "-0x1")])
+def test_an_identifier_that_cannot_be_is_refused(can_id, says):
+    with pytest.raises(ValueError, match=f"identifier {says} outside"):
+        Message("M", can_id, "A", ("B",), ())
+    assert Message("M", 0, "A", ("B",), ()).can_id == 0
+
+
+@pytest.mark.parametrize("family", [c610.FAMILY, dm3519.family()])
+def test_a_family_prints_as_what_it_is_made_of(family):
+    again = eval(repr(family), vars(table))
+    assert (again.messages, again.alternatives) == (family.messages, family.alternatives)
+
+
+def test_a_count_is_worth_one_of_its_unit_where_nothing_else_is_said():
+    speed = Field("speed", 0, 2, signed=True, low=-9, high=9, unit="rpm")
+    assert "| 1 rpm |" in byte_table(Message("M", 1, "A", ("B",), (speed,)))[2]
 
 
 # --- dead wheels and gyro ------------------------------------------------------------------------------------------

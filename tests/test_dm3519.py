@@ -94,6 +94,26 @@ def test_a_lost_command_ends_in_state_d_until_the_error_is_cleared():
     assert errors(motors) == [0xD, 1, 0xD, 1]
 
 
+def test_a_cleared_motor_has_the_whole_time_until_it_is_lost_again():
+    motors = escs()
+    motors.receive(0, [THREE_AMPERES])
+    motors.receive(50, ())
+    motors.receive(300, [clear_error(2)])
+    motors.receive(349, ())
+    assert errors(motors) == [0xD, 1, 0xD, 0xD]
+    motors.receive(350, ())
+    assert errors(motors) == [0xD] * 4
+
+
+@pytest.mark.parametrize("variant", ["error", "temperatures"])
+def test_what_no_motor_has_said_is_on_and_zero_degrees(variant):
+    machine = robot(feedback=variant)
+    bus, motors = motor_bus(machine), emulated_escs(machine)
+    assert (bus.errors, bus.temperatures_degc) == ([1] * 4, [0] * 4)
+    bus.receive(0, feedback(motors))
+    assert (bus.errors, bus.temperatures_degc) == ([1] * 4, [25] * 4)
+
+
 @pytest.mark.parametrize(("loss", "expected"), [("hold", 3.0005), ("zero", 0.0)])
 def test_without_the_watchdog_it_does_as_the_file_says(loss, expected):
     motors = emulated_escs(robot(loss=loss, feedback="error"))

@@ -146,7 +146,7 @@ class Family:
     others: tuple[Message, ...] = ()
     alternatives: tuple[Message, ...] = ()
     """Other lengths of a message above that sources also have: decoded, never sent, not in a DBC."""
-    _by_frame: Mapping[tuple[int, int], Message] = field(init=False, repr=False, compare=False)
+    _by_frame: Mapping[tuple[int, int], Message] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         known = {(one.can_id, one.length): one for one in (*self.messages, *self.alternatives)}
