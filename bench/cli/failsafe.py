@@ -33,6 +33,7 @@ def run(args: argparse.Namespace) -> int:
     import json
 
     from bench.check.failsafe import RED, losses
+    from bench.cli.output import write_text
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
 
     robot = _robot(args)
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         print("\n".join(_below(matrix)))
     if args.html:
-        _write(args.html, robot, args.controller, matrix)
+        write_text(args.html, _page(robot, args.controller, matrix))
     return EXIT_FAILED if any(cell.verdict == RED for _, cells in matrix for cell in cells) else EXIT_OK
 
 
@@ -128,15 +129,6 @@ def _below(matrix: Sequence[tuple[Loss, Sequence[Cell]]]) -> Iterator[str]:
     for cell in red:
         yield f"RED  {cell.loss}, {cell.phase}: {'; '.join(cell.why)}"
     yield f"{len(judged) - len(red)} of {len(judged)} cells as their rules say"
-
-
-def _write(path: Path, robot: Robot, subject: str | None, matrix: Sequence[tuple[Loss, Sequence[Cell]]]) -> None:
-    from bench.errors import SurroundingsError
-
-    try:
-        path.write_text(_page(robot, subject, matrix), encoding="utf-8")
-    except OSError as error:
-        raise SurroundingsError(f"{path}: cannot be written ({error.strerror}); give another place") from None
 
 
 def _page(robot: Robot, subject: str | None, matrix: Sequence[tuple[Loss, Sequence[Cell]]]) -> str:

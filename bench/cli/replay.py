@@ -124,6 +124,7 @@ def suite_of(args: argparse.Namespace) -> int:
 
     from bench.check.page import page
     from bench.check.suite import junit_xml, run_scenarios
+    from bench.cli.output import write_text
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
 
     given = [name for name, default in _ALONE.items() if getattr(args, name) != default]
@@ -155,14 +156,5 @@ def suite_of(args: argparse.Namespace) -> int:
         print(f"{len(results) - len(failed)} of {len(results)} scenarios as expected")
     for path, text in ((args.html, page), (args.junit, junit_xml)):
         if path is not None:
-            _write(path, text(results))
+            write_text(path, text(results))
     return EXIT_FAILED if failed else EXIT_OK
-
-
-def _write(path: Path, text: str) -> None:
-    from bench.errors import SurroundingsError
-
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise SurroundingsError(f"{path}: cannot be written ({error.strerror}); give another place") from None
