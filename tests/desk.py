@@ -105,6 +105,15 @@ SCENE = Scene(
     hands=Hands(50, True, False),
 )
 
+LOST_LINK = {
+    "armed": False,
+    "why_disarmed": "link lost: no good frame for 500 ms",
+    "link": "lost",
+    "link_reason": "no good frame for 500 ms",
+    "link_age_ms": 1234,
+    "driver": "none",
+}
+
 
 def scene(**changes):
     """The fixed scene with some of its snapshot, or of itself, changed."""

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from desk import M2006, SCENE, WIRES, scene
+from desk import LOST_LINK, M2006, SCENE, WIRES, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,166 +13,13 @@ from bench.screen import text
 from bench.screen.canvas import Canvas
 from bench.screen.layout import ENDED, HELP, LIVE, arrange
 from bench.screen.panel import STYLES
-from bench.screen.scene import Hands, Pace, Replay
+from bench.screen.scene import Pace, Replay
 from bench.screen.view import PANELS, draw, picture, places
 from bench.screen.wires import wires
-
-DRIVING = """\
- m2006, uart12                      12.346 s  ×1.00   late  52 ms, slipped 0 ms
-┌ field 6 × 4 m ──────────────────┐  ARMED  the sticks drive, robot-centric
-│                                 │ why    armed by hand
-│                                 │ link   live  last good frame 4 ms ago
-│     ⠄    ⠠     ⠄    ⠠     ⠄     │        1235 frames, 7 bytes of noise
-│                                 │             forward        left        turn
-│                                 │ raw        ch2 1024    ch3 2048    ch0 2176
-│     ⠂    ⠐     ⠢⢤⣀  ⠐   ⡀ ⠂     │ sticks     +50 %        +0 %       -25 %
-│                   ⠉⠓⠢⢤↗⠊        │ switch   AUX1 ch4 0  AUX2 ch5 1
-│                                 │ twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
-│     ⠁    ⠈     ⠁    ⠈     ⠁     │ pose     x +1.250 m  y -0.500 m   +45.0 deg
-│                                 │ odo off      2.2 mm                0.15 deg
-│                                 │ core   alive, connected
-└ ↑ robot  + odometry ────────────┘ asks     +0.200 m/s  +0.000 m/s +0.50 rad/s
- wheel        wanted is rad/s ◆ wanted █ is ±37    current limit 0.6 A
- front right  +18.50   +17.40 ·········│███◆····· +0.600 A ██████████████ LIMIT
- rear          -2.00    -2.00 ·········│········· -0.120 A ██▊···········
- front left   -17.25   -16.90 ·····◆███│········· -0.310 A ███████▎······
- rc         4 ms  2176 2048 1024 2048 0 1   AA 08 80 08 00 04 00 08 00 00 01 55
- command    0 ms  200  -600  +120  -311    +0 mA
- feedback   0 ms  201 -5648/-600  202 +688/+120  203 +5751/+310 rpm/mA
- request   45 ms  0x41 vx +0.300 vy +0.000 w +0.000
- answer    45 ms  OK dx +0.00 mm dy +0.00 mm dth +0.00 deg
- WASDQE 50 % · Enter disarm · T radio on  · C arc   Space STOP  ? help  Esc quit
-"""
-
-LOST = """\
- m2006, uart12  ● REC my_run        12.346 s  ×1.00   late  52 ms, slipped 0 ms
-┌ field 6 × 4 m ──────────────────┐  DISARMED  nobody drives, robot-centric
-│                                 │ why    link lost: no good frame for 500 ms
-│                                 │ link    LOST   last good frame 1234 ms ago
-│     ⠄    ⠠     ⠄    ⠠     ⠄     │        no good frame for 500 ms
-│                                 │             forward        left        turn
-│                                 │ raw        ch2 1024    ch3 2048    ch0 2176
-│     ⠂    ⠐     ⠢⢤⣀  ⠐   ⡀ ⠂     │ sticks     +50 %        +0 %       -25 %
-│                   ⠉⠓⠢⢤↗⠊        │ switch   AUX1 ch4 0  AUX2 ch5 1
-│                                 │ twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
-│     ⠁    ⠈     ⠁    ⠈     ⠁     │ pose     x +1.250 m  y -0.500 m   +45.0 deg
-│                                 │ odo off      2.2 mm                0.15 deg
-│                                 │ core   alive, connected
-└ ↑ robot  + odometry ────────────┘ asks     +0.200 m/s  +0.000 m/s +0.50 rad/s
- wheel        wanted is rad/s ◆ wanted █ is ±37    current limit 0.6 A
- front right  +18.50   +17.40 ·········│███◆····· +0.600 A ██████████████ LIMIT
- rear          -2.00    -2.00 ·········│········· -0.120 A ██▊···········
- front left   -17.25   -16.90 ·····◆███│········· -0.310 A ███████▎······
- rc         4 ms  2176 2048 1024 2048 0 1   AA 08 80 08 00 04 00 08 00 00 01 55
- command    0 ms  200  -600  +120  -311    +0 mA
- feedback   0 ms  201 -5648/-600  202 +688/+120  203 +5751/+310 rpm/mA
- request   45 ms  0x41 vx +0.300 vy +0.000 w +0.000
- answer    45 ms  OK dx +0.00 mm dy +0.00 mm dth +0.00 deg
- transmitter off                                    Space STOP  ? help  Esc quit
-"""
-
-ENDED_RUN = """\
- demo m2006, uart12                 12.346 s  ENDED   late  52 ms, slipped 0 ms
- ██████ 12.3 of 12.3 s   ✗ differs: 0x200 current 1 -599 not -600 mA at 1.234 s
-┌ field 6 × 4 m ───────────────┐  ARMED  the sticks drive, robot-centric
-│                              │ why    armed by hand
-│                              │ link   live  last good frame 4 ms ago
-│    ⠐    ⠐    ⠐    ⠐    ⠐     │        1235 frames, 7 bytes of noise
-│                              │             forward        left        turn
-│    ⢀    ⢀    ⢀    ⢀    ⢀     │ raw        ch2 1024    ch3 2048    ch0 2176
-│               ⠉⠓⠢⢤⣀ ⢀⠔⠁      │ sticks     +50 %        +0 %       -25 %
-│                    ⠉↗        │ switch   AUX1 ch4 0  AUX2 ch5 1
-│    ⠐    ⠐    ⠐    ⠐    ⠐     │ twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
-│                              │ pose     x +1.250 m  y -0.500 m   +45.0 deg
-│                              │ odo off      2.2 mm                0.15 deg
-└ ↑ robot  + odometry ─────────┘ core   alive, connected
- golden    differs: 0x200 current 1 -599 not -600 mA at 1.234 s
- drove     5.64 m and turned 812 deg in 12.3 s; stands at x +1.250 m, y -0.500
-           m, +45.0 deg
-
-
-
-
-
-
- P pause · [ ] slower, faster · Z follow                        ? help  Esc quit
-"""
-
-KEYS = """\
- m2006, uart12                      12.346 s  ×1.00   late  52 ms, slipped 0 ms
- keys
- W S  ↑ ↓  forward, back                 T         transmitter off, on
- A D  ← →  left, right                   C         core asks for an arc, or not
- Q E       turn left, turn right         P         pause, go on
- + -       how far a key pushes          [ ]       slower, faster
- Enter     arm, disarm (AUX1)            Z         follow the robot
- Space     stop: sticks to rest, disarm  ?         this page; Esc, Ctrl-Q quit
- F         field-centric on, off (AUX2)
-
- A key drives as long as it repeats: let go, and the sticks are at rest 120 ms
- later. A tap nudges.
-
- Sticks at rest for half a second hand over to the core, if it is alive. A lost
- link disarms: arm again by hand.
-"""
-
-SMALLEST = """\
- m2006, uart12  12.346 s  ×1.00   late  52 ms, slipped 0 ms
-┌─────────────┐  ARMED  the sticks drive, robot-centric
-│  ⡀ ⡀ ⡀ ⡀ ⡀  │ why    armed by hand
-│  ⡀ ⡀ ⡀ ⡀ ⡠⠂ │ link   live  last good frame 4 ms ago
-│  ⡀ ⡀ ⡈⠙↗⠈⡀  │        1235 frames, 7 bytes of noise
-│             │             forward        left        turn
-└─────────────┘ sticks     +50 %        +0 %       -25 %
-                twist    +0.401 m/s  -0.020 m/s +0.55 rad/s
-                pose     x +1.250 m  y -0.500 m   +45.0 deg
-                odo off      2.2 mm                0.15 deg
-                core   alive, connected
- wheel        wanted is rad/s          current limit 0.6 A
- front right  +18.50   +17.40 ···│◆·· +0.600 A ██████ LIMIT
- rear          -2.00    -2.00 ···│··· -0.120 A █▎····
- front left   -17.25   -16.90 ··◆│··· -0.310 A ███▏··
- WASDQE 50 % · Enter disarm ·…  Space STOP  ? help  Esc quit
-"""
-
-LOST_LINK = {
-    "armed": False,
-    "why_disarmed": "link lost: no good frame for 500 ms",
-    "link": "lost",
-    "link_reason": "no good frame for 500 ms",
-    "link_age_ms": 1234,
-    "driver": "none",
-}
 
 
 def screen(what, width=80, height=24):
     return "\n".join(picture(what, width, height))
-
-
-def test_driving_at_80x24():
-    assert screen(SCENE) == DRIVING.rstrip("\n")
-
-
-def test_a_lost_link_at_80x24():
-    lost = scene(**LOST_LINK, hands=Hands(100, False, True), notice="transmitter off", recording="my_run")
-    assert screen(lost) == LOST.rstrip("\n")
-
-
-def test_a_run_that_has_ended_at_80x24():
-    summary = (
-        "golden    differs: 0x200 current 1 -599 not -600 mA at 1.234 s",
-        "drove     5.64 m and turned 812 deg in 12.3 s; stands at x +1.250 m, y -0.500 m, +45.0 deg",
-    )
-    run = Replay("demo", 12_346, "differs: 0x200 current 1 -599 not -600 mA at 1.234 s", summary)
-    assert screen(scene(hands=None, replay=run)) == ENDED_RUN.rstrip("\n")
-
-
-def test_the_keys_at_80x24():
-    assert screen(scene(help=True)).startswith(KEYS.rstrip("\n"))
-
-
-def test_the_smallest_terminal():
-    assert screen(SCENE, 60, 16) == SMALLEST.rstrip("\n")
 
 
 @pytest.mark.parametrize(("width", "height"), [(59, 16), (60, 15), (20, 7)])

@@ -1,0 +1,53 @@
+"""Whole screens as text, at three sizes, against fixtures/pinned/screens: what a person sees, to the cell.
+
+After a deliberate change: `pytest tests/test_screens.py --update-pinned`, then look at the difference.
+"""
+
+from pathlib import Path
+
+import pytest
+from desk import LOST_LINK, scene
+
+from bench.screen.scene import Hands, Replay
+from bench.screen.view import picture
+
+FOLDER = Path(__file__).parents[1] / "fixtures" / "pinned" / "screens"
+SIZES = ((80, 24), (120, 40), (200, 60))
+
+VERDICT = "differs: 0x200 current 1 -599 not -600 mA at 1.234 s"
+SUMMARY = (
+    f"golden    {VERDICT}",
+    "drove     5.64 m and turned 812 deg in 12.3 s; stands at x +1.250 m, y -0.500 m, +45.0 deg",
+)
+SCREENS = {
+    "driving": scene(),
+    "link-lost": scene(**LOST_LINK, hands=Hands(100, False, True), notice="transmitter off", recording="my_run"),
+    "followed": scene(zoom=True),
+    "replay": scene(hands=None, replay=Replay("demo", 20_000, VERDICT)),
+    "ended": scene(hands=None, replay=Replay("demo", 12_346, VERDICT, SUMMARY)),
+    "keys": scene(help=True),
+}
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize("name", SCREENS)
+def test_a_screen_is_as_pinned(name, width, height, request):
+    hold(name, SCREENS[name], width, height, request)
+
+
+def test_the_smallest_screen_is_as_pinned(request):
+    hold("driving", SCREENS["driving"], 60, 16, request)
+
+
+def test_every_pinned_screen_is_looked_at():
+    known = {f"{name}-{width}x{height}.txt" for name in SCREENS for width, height in SIZES} | {"driving-60x16.txt"}
+    assert {path.name for path in FOLDER.iterdir()} == known
+
+
+def hold(name, what, width, height, request):
+    file = FOLDER / f"{name}-{width}x{height}.txt"
+    text = "\n".join(picture(what, width, height)) + "\n"
+    if request.config.getoption("--update-pinned"):
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    assert text.splitlines() == file.read_text(encoding="utf-8").splitlines()
