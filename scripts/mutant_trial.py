@@ -38,16 +38,17 @@ from typing import Any, NamedTuple, TypeVar
 
 from mutants import Mutant, marked
 
-SURVIVED, UNREACHED, KILLED, HUNG = "survived", "unreached", "killed", "hung"
+SURVIVED, UNREACHED, KILLED, HUNG, UNTOLD = "survived", "unreached", "killed", "hung", "untold"
 ANEW = "anew"
 """Not yet tried: must be imported anew."""
 MARK = "__ran__"
 TEST_CPU_S, TIMES = 2, 4
-"""A test that takes so much longer under a mutant than so often its usual time hangs."""
+"""A test that takes so much longer under a mutant than so often its usual time hangs: of processor time, so that a
+busy machine kills no mutant."""
 UNKNOWN_S = 10.0
 IMPORT_CPU_S = 20
-FORK_WALL_S = 300
-"""A fork that only waits hangs too."""
+FORK_WALL_S = 900
+"""A fork without an end after so long by the wall clock tells nothing: it waits, or the machine is busy."""
 MEMORY_BYTES = 2 << 30
 TOOLS = (
     "hypothesis.strategies",
@@ -95,7 +96,9 @@ class Ended(NamedTuple):
         if self.raised:
             raise Broken(self.raised)
         if self.answer is None:
-            return Trial(HUNG if self.signal in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL) else KILLED)
+            if self.signal in (signal.SIGALRM, signal.SIGKILL):  # the machine's want of time or memory
+                return Trial(UNTOLD)
+            return Trial(HUNG if self.signal == signal.SIGXCPU else KILLED)
         if self.answer == ANEW:
             return Trial(ANEW)
         return Trial(KILLED, self.answer) if self.answer else Trial(SURVIVED)
@@ -144,7 +147,7 @@ def _in_fork(write: int, task: Callable[[Piece], object], piece: Piece) -> None:
 
 
 def _limit(cpu_s: float) -> None:
-    """End this process if it takes so much time from now on, waits for ever, or eats the machine's memory."""
+    """End this process if it takes so much processor time from now on, waits for ever, or eats the machine's memory."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + cpu_s), resource.RLIM_INFINITY))

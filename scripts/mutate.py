@@ -24,12 +24,12 @@ from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
-from mutant_trial import HUNG, KILLED, SURVIVED, UNREACHED, Broken, Module, Trial, load_tools
+from mutant_trial import HUNG, KILLED, SURVIVED, UNREACHED, UNTOLD, Broken, Module, Trial, load_tools
 from mutants import Mutant, mutants
 
 ROOT = Path(__file__).resolve().parent.parent
 REASONS = Path(__file__).resolve().with_name("mutate_reasons.toml")
-SAYS = {SURVIVED: "survives without a reason", UNREACHED: "no test runs it"}
+SAYS = {SURVIVED: "survives without a reason", UNREACHED: "no test runs it", UNTOLD: "its tests came to no end"}
 
 RC = ("test_rc_vectors", "test_rc_corners", "test_rc_mutants", "test_rc_streams", "test_rc_dbus", "test_rc_decode")
 MOTORS = ("test_m2006", "test_can_ends", "test_dm3519", "test_bus_watch")

@@ -200,7 +200,7 @@ def test_idle():
     assert tried.idle(7) >= 7
 """
 TRY_IT = """
-import pathlib, sys
+import os, pathlib, signal, sys
 sys.path.insert(0, sys.argv[1])
 import mutant_trial, mutants
 root = pathlib.Path(sys.argv[2])
@@ -213,6 +213,9 @@ chosen = [number for number, mutant in enumerate(made) if mutant.name in asked]
 trials = mutant_trial.Module(root, "tried.py", ["test_tried"], tree, made).try_all(chosen, 2)
 for number, trial in sorted(trials.items()):
     print(made[number].name, "|", trial.verdict, "|", trial.by.removeprefix("tests/test_tried.py::"))
+signals = [signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL, signal.SIGSEGV]
+for number, ended in mutant_trial.forks(1, signals, lambda number: os.kill(os.getpid(), number)):
+    print(number.name, "|", ended.trial.verdict, "| ")
 """
 
 
@@ -224,6 +227,10 @@ BECAME = {
     "idle: value + 0 -> value - 0": "survived | ",
     "idle: 0 -> -1": "killed | test_idle",
     "unused: -value -> value": "unreached | ",
+    "SIGXCPU": "hung | ",  # too much processor time, however busy the machine is
+    "SIGALRM": "untold | ",
+    "SIGKILL": "untold | ",
+    "SIGSEGV": "killed | ",
 }
 
 

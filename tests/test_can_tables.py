@@ -177,8 +177,9 @@ def test_any_frame_may_be_asked_whom_it_clears(can_id, data):
 
 
 def test_clearing_nobody_and_unknown_variants_are_refused():
-    with pytest.raises(ValueError, match=r"ESC 9 outside 1\.\.8"):
-        dm3519.clear_error(9)
+    for number in (0, 9):
+        with pytest.raises(ValueError, match=rf"ESC {number} outside 1\.\.8"):
+            dm3519.clear_error(number)
     with pytest.raises(ValueError, match="variant 'temperature' is none of temperatures, error"):
         dm3519.family(feedback_variant="temperature")
     with pytest.raises(ValueError, match=r"full scale 10 A outside 20.0\.\.20.5"):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from slamware_vendor import BY_NAME, LINES, frame
 
 from bench.slamware import FrameDecoder, SlamwareFrame, SlamwareNoise, encode_frame
-from bench.slamware.framing import xor_of
+from bench.slamware.framing import CONTROL_BUS, ECHO, ERROR, INVALID, OK, SYNC, xor_of
 
 FRAMES = [line for line in LINES if line["frame"] is not None]
 GOOD = [line for line in FRAMES if line["frame"]["checksum_ok"] and line["frame"]["length_field"] > 0]
@@ -122,6 +122,26 @@ def test_strict_receiver_takes_length_509_and_refuses_510():
     assert [type(event) for event in events_of(strict, takes)] == [SlamwareFrame]
     refuses = encode_frame(1, bytes(509))
     assert events_of(strict, refuses) == [SlamwareNoise(0, 514, "oversize")]
+
+
+@pytest.mark.parametrize(("size", "found"), [(1024, [SlamwareFrame]), (1025, [SlamwareNoise])])
+def test_a_receiver_waits_for_1024_bytes_unless_told(size, found):
+    """The buffer of the vendor's master driver."""
+    decoder = FrameDecoder(rescan=False)
+    assert [type(event) for event in decoder.feed(encode_frame(1, bytes(size - 5)))] == found
+
+
+@pytest.mark.parametrize("data", ["10 12", "50 11 00"])
+def test_an_oversize_frame_is_refused_with_the_last_byte_of_its_length(data):
+    data = bytes.fromhex(data)
+    takes, refuses = (FrameDecoder(rescan=False, max_bytes=size) for size in (21, 20))
+    assert takes.feed(data) == []
+    assert refuses.feed(data[:-1]) == []
+    assert refuses.feed(data[-1:]) == [SlamwareNoise(0, 21, "oversize")]
+
+
+def test_the_codes_are_those_of_the_vendor():
+    assert (SYNC, ECHO, OK, ERROR, CONTROL_BUS, INVALID) == (0x00, 0x01, 0x02, 0x03, 0xF8, 0xFF)
 
 
 def test_strict_receiver_passes_over_the_body_of_an_oversize_frame():

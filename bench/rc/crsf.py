@@ -86,7 +86,6 @@ def crc8(data: bytes) -> int:
 class CrsfDecoder(Decoder):
     """CRSF bytes to frames. Reasons of noise: header, length, checksum, cut."""
 
-    protocol = "crsf"
     byte_us = 10 / 420_000 * 1e6
 
     def _scan(self, buf: bytes, closed: bool, out: list[RcEvent]) -> int:
@@ -162,26 +161,25 @@ def _refusal(buf: bytes, at: int, closed: bool) -> str | None:
         return "cut" if closed else None
     if not end:
         return "length"
-    if buf[at + 2] != CHANNELS:
-        inside = _channels_inside(buf, at + 1, end, closed)
-        if inside is None:
-            return None
-        if inside:
-            return "cut"
+    inside = _channels_inside(buf, at, end, closed)
+    if inside is None:
+        return None
+    if inside:
+        return "cut"
     if end > len(buf):
         return "cut" if closed else None
     return "checksum" if crc8(buf[at + 2 : end]) else ""
 
 
 def _channels_inside(buf: bytes, start: int, end: int, closed: bool) -> bool | None:
-    """Whether a valid channels frame begins between `start` and `end`; None while that is not known."""
+    """Whether a whole, valid channels frame begins between `start` and `end`; None while that is not known."""
     while (match := _CHANNELS_BEGIN.search(buf, start, end + 2)) and match.start() < end:
         begin = match.start()
         if begin + _CHANNELS_SIZE > len(buf):
             return False if closed else None
         if not crc8(buf[begin + 2 : begin + _CHANNELS_SIZE]):
             return True
-        start = begin + 1
+        start = match.end()
     return False
 
 

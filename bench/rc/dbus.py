@@ -45,7 +45,6 @@ _new_frame = tuple.__new__
 class DbusDecoder(Decoder):
     """DBUS bytes to frames. Reasons of noise: range (not plausible), successor, cut."""
 
-    protocol = "dbus"
     byte_us = 11 / 100_000 * 1e6
 
     def __init__(self, pause_us: float | None = None) -> None:

@@ -54,7 +54,6 @@ class Decoder(ABC):
     stamps bytes with 1 ms ticks and passes 2000.
     """
 
-    protocol: ClassVar[str]
     byte_us: ClassVar[float]
     """How long one byte takes on the line at the protocol's usual speed, start, parity and stop bits included."""
 
@@ -104,7 +103,6 @@ class Decoder(ABC):
         """The stream ends here: decide everything that still waits. Later bytes count as coming after a pause."""
         out: list[RcEvent] = []
         self._end(out)
-        self._last_us = None
         return out
 
     @property

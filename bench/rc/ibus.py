@@ -34,7 +34,6 @@ _new_frame = tuple.__new__
 class IbusDecoder(Decoder):
     """i-BUS bytes to frames of 14 channels, or 18. Reasons of noise: header, checksum, cut."""
 
-    protocol = "ibus"
     byte_us = 10 / 115_200 * 1e6
 
     def __init__(self, pause_us: float | None = None, eighteen: bool = False) -> None:

@@ -38,9 +38,8 @@ _new_frame = tuple.__new__
 
 
 class SbusDecoder(Decoder):
-    """SBUS and SBUS2 bytes to frames. Reasons of noise: header, footer, successor, rival, cut."""
+    """SBUS and SBUS2 bytes to frames. Reasons of noise: header, footer, successor, cut."""
 
-    protocol = "sbus"
     byte_us = 12 / 100_000 * 1e6
 
     def __init__(self, pause_us: float | None = None) -> None:
@@ -72,23 +71,21 @@ class SbusDecoder(Decoder):
                         if believed is None:
                             return at
                     channels = unpack_channels(buf[at + 1 : at + 23])
-                    if not believed:
-                        reason = "successor"
-                        if base + at == self._expected_at:
-                            self._rival_end, self._rival_distance = base + end, self._distance(channels)
-                    elif base + at < self._rival_end and self._distance(channels) * _FAR_CLOSER > self._rival_distance:
-                        reason = "rival"
-                    else:
+                    # What overlaps a candidate must be by far the closer one.
+                    if believed and (
+                        base + at >= self._rival_end or self._distance(channels) * _FAR_CLOSER <= self._rival_distance
+                    ):
                         if self._noise_length:
                             self._end_noise(out)
                         self._accept(base + at, channels, buf[at + 23], footer, out)
                         at = end
                         continue
+                    reason = "successor"
+                    if base + at == self._expected_at:
+                        self._rival_end, self._rival_distance = base + end, self._distance(channels)
             elif self._answers_left and base + at == self._answer_at and _is_slot(buf[at]):
                 answered = _answered(buf, at, closed)
                 if answered:
-                    if self._noise_length:
-                        self._end_noise(out)
                     out.append(RcOther(base + at, _ANSWER_LENGTH, f"slot {_slot_number(buf[at])}"))
                     self.counters.others += 1
                     at += _ANSWER_LENGTH
@@ -131,12 +128,10 @@ class SbusDecoder(Decoder):
 
 
 def _followed(buf: bytes, end: int, footer: int, closed: bool) -> bool | None:
-    """Whether what stands at `end` may follow a frame with this footer; None while that is not known."""
+    """Whether what stands at `end`, no header, may follow a frame with this footer; None while that is not known."""
     size = len(buf)
     if end == size:
         return True if closed else None
-    if buf[end] == HEADER:
-        return True
     # A frame without its header: 24 bytes, the last of them a footer, then the header of the frame after it.
     next_end = end + _LENGTH - 1
     unknown = next_end >= size

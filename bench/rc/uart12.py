@@ -30,7 +30,6 @@ _new_frame = tuple.__new__
 class Uart12Decoder(Decoder):
     """uart12 bytes to frames. Reasons of noise: header, footer, range, successor, cut."""
 
-    protocol = "uart12"
     byte_us = 12 / 115_200 * 1e6
 
     def _scan(self, buf: bytes, closed: bool, out: list[RcEvent]) -> int:

@@ -179,7 +179,7 @@ def encode_frame(code: int, payload: bytes = b"", type: str = LONG) -> bytes:
 def xor_of(data: bytes) -> int:
     """XOR of all bytes: the bytes as one number, folded in halves (1 kB costs 5 times 17 bytes, not 60 times)."""
     folded = int.from_bytes(data, "little")
-    bits = 4 << (len(data) - 1).bit_length()
+    bits = 4 << len(data).bit_length()
     while bits >= 8:
         folded ^= folded >> bits
         bits >>= 1
