@@ -52,8 +52,16 @@ def _run(args: argparse.Namespace) -> int:
     try:
         return int(args.run_verb(args))
     except BenchError as error:
+        if getattr(args, "traceback", False) and error.__cause__ is not None:
+            _print_whole(error.__cause__)
         print(f"wheelbench {args.verb}: {error}", file=sys.stderr)
         return error.exit_status
+
+
+def _print_whole(error: BaseException) -> None:
+    import traceback
+
+    traceback.print_exception(error)
 
 
 def _with_negative_values(arguments: list[str]) -> list[str]:

@@ -82,7 +82,7 @@ def test_the_verb_names_what_is_red_to_people_and_machines(capsys):
     given = ["failsafe", "--controller", "no-timeout", "--only", "rc silent", "--jobs", "1"]
     assert main(given) == 1
     said = capsys.readouterr().out
-    assert "RED  RC silent, cruise: does not stand; " in said
+    assert "RED  RC silent, cruise, reversal: does not stand; " in said
     assert main([*given, "--json"]) == 1
     cells = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [cell["phase"] for cell in cells] == list(PHASES)

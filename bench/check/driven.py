@@ -18,6 +18,7 @@ from pathlib import Path
 from types import TracebackType
 
 from bench.base import Base, ControlledBase
+from bench.check.controllers import name_of
 from bench.check.lines import can_lines, rc_lines, slamware_lines
 from bench.check.recording import Recorder
 from bench.check.run import info_of
@@ -46,7 +47,9 @@ class Driven:
         self.outputs: list[TickOutput] = []
         self._twist: BodyTwist | None = None
         profile_file = robot.rc.file if robot.rc else None
-        self.recorder = Recorder(directory, info_of(robot), self.bench.state_columns, robot.file, profile_file)
+        self.recorder = Recorder(
+            directory, info_of(robot, name_of(build)), self.bench.state_columns, robot.file, profile_file
+        )
 
     @property
     def directory(self) -> Path:

@@ -20,14 +20,14 @@ tenth of a second for the loop.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
-from bench.base import Base, ControlledBase
+from bench.base import Base
+from bench.check.controllers import Build, ControllerFailed, controller_of
 from bench.check.faults import Fault
 from bench.check.faulty import FaultyWorld, Injector
 from bench.check.signals import Signals
-from bench.check.subjects import SUBJECTS
 from bench.config import Robot
 from bench.loop import Bench, simulated
 from bench.messages import BodyTwist, TickInput, TickOutput
@@ -104,6 +104,8 @@ class Cell:
     """Driven until then."""
     residual_a: float
     """The largest commanded current once there should be none; where a rule says nothing of it, at the end."""
+    failed: bool = False
+    """The controller raised an error: nothing was measured."""
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for --json."""
@@ -157,8 +159,8 @@ def losses(robot: Robot) -> tuple[Loss, ...]:
     )  # fmt: skip
 
 
-def run_cell(robot: Robot, loss: Loss, phase: str, build: Callable[[Robot], ControlledBase] = Base) -> Cell:
-    """One run, judged."""
+def run_cell(robot: Robot, loss: Loss, phase: str, build: Build = Base) -> Cell:
+    """One run, judged. Raises ControllerFailed where the base under test does."""
     if loss.off_because:
         return Cell(loss.name, phase, OFF, (loss.off_because,), None, 0.0, 0.0)
     return _Drive(robot, loss, phase, build).judge()
@@ -167,7 +169,7 @@ def run_cell(robot: Robot, loss: Loss, phase: str, build: Callable[[Robot], Cont
 class _Drive:
     """The run of one cell, and what is measured on the way."""
 
-    def __init__(self, robot: Robot, loss: Loss, phase: str, build: Callable[[Robot], ControlledBase]) -> None:
+    def __init__(self, robot: Robot, loss: Loss, phase: str, build: Build) -> None:
         assert robot.rc is not None
         self._robot, self._loss, self._phase, self._build = robot, loss, phase, build
         self._bench = _bench(robot, build)
@@ -312,12 +314,23 @@ def coast_ticks(robot: Robot, twist: BodyTwist) -> int:
     return LOST_TICKS * 10
 
 
-def _bench(robot: Robot, build: Callable[[Robot], ControlledBase]) -> Bench:
+def _bench(robot: Robot, build: Build) -> Bench:
     bench = simulated(robot)
     return bench if build is Base else Bench(build(robot), bench.world)
 
 
-def run_row(robot: Robot, number: int, subject: str | None = None) -> list[Cell]:
-    """Every phase of one loss, by its place in `losses`; `subject` is a wrong controller instead of ours."""
-    build = SUBJECTS[subject] if subject else Base
-    return [run_cell(robot, losses(robot)[number], phase, build) for phase in PHASES]
+def run_row(robot: Robot, number: int, controller: str | None = None, raises: bool = False) -> list[Cell]:
+    """Every phase of one loss, by its place in `losses`; `controller` as `controller_of` takes it. One that fails on
+    the way is red in that cell and comes up anew in the next; with `raises` it ends the matrix.
+    """
+    chosen = controller_of(robot, controller)
+    loss = losses(chosen.robot)[number]
+    cells = []
+    for phase in PHASES:
+        try:
+            cells.append(run_cell(chosen.robot, loss, phase, chosen.build))
+        except ControllerFailed as error:
+            if raises:
+                raise
+            cells.append(Cell(loss.name, phase, RED, (str(error),), None, 0.0, 0.0, failed=True))
+    return cells

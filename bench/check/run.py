@@ -17,6 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.arena import FIELD, Arena, arena_toml, load_arena
+from bench.base import Base
+from bench.check.controllers import Build, controller_of, is_own
 from bench.check.expectations import Judge
 from bench.check.faults import KINDS
 from bench.check.faulty import FaultyWorld, Injector
@@ -130,11 +132,14 @@ def from_source(
     if path.is_dir() and (path / RUN_TOML).exists():
         if robot is not None or protocol is not None or profile is not None or period_ms is not None:
             raise UsageError(f"{path}: a recording brings its own robot, profile and times; leave those options out")
-        if controller is not None or odometry is not None:
-            raise UsageError(f"{path}: a recording brings its own controller and odometry; leave those options out")
+        if odometry is not None or (controller is not None and not is_own(controller)):
+            raise UsageError(
+                f"{path}: a recording brings its own controller and odometry; leave those options out "
+                "(only a base of your own may take the place of its base: --controller FILE.py:NAME)"
+            )
         if arena is not None:
             raise UsageError(f"{path}: a recording brings its own arena; leave --arena out")
-        return from_recording(path, recorded_can=recorded_can)
+        return from_recording(path, recorded_can=recorded_can, controller=controller)
     if recorded_can:
         raise UsageError(f"{path}: only a recording has CAN feedback to replay")
     if path.suffix == ".toml":
@@ -166,10 +171,13 @@ def from_scenario(
     scenario = load_scenario(path)
     built = load_robot(robot or _beside(path, scenario.robot), profile or scenario.profile)
     try:
-        built = with_choices(built, scenario.controller, scenario.odometry)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
-    built = with_choices(built, controller, odometry)
+        built = with_choices(built, None, scenario.odometry)
+        chosen = controller_of(built, None if controller else scenario.controller, path.parent)
+    except UsageError as error:
+        raise ConfigError(f"{path}: {error}") from error.__cause__
+    if controller is not None:
+        chosen = controller_of(built, controller)
+    built = with_choices(chosen.robot, None, odometry)
     rc: dict[int, bytes] = {}
     if scenario.rc is not None:
         capture = load_capture(scenario.rc)
@@ -177,13 +185,13 @@ def from_scenario(
         rc = _rc_by_tick(capture, built, scenario.period_ms)
     elif scenario.sticks:
         rc = _rc_of_sticks(scenario, built)
-    bench = bench_in(built, load_arena(arena) if arena is not None else scenario.arena, scenario.noise)
+    bench = bench_in(built, load_arena(arena) if arena is not None else scenario.arena, scenario.noise, chosen.build)
     return Run(
         title=scenario.name,
         bench=bench,
         ticks=scenario.ticks,
         inputs=_scenario_inputs(scenario, rc),
-        info=info_of(built, scenario=scenario.name, seed=scenario.seed, noise=scenario.noise),
+        info=info_of(built, chosen.name, scenario=scenario.name, seed=scenario.seed, noise=scenario.noise),
         judge=_judge(scenario, bench),
         injector=_injector(scenario, bench),
         about=scenario.about,
@@ -205,7 +213,8 @@ def from_capture(
     """A capture driven through a robot (the default one unless given)."""
     capture = load_capture(path)
     protocol = protocol or capture.protocol
-    built = with_choices(load_robot(robot or "m2006", profile), controller, odometry)
+    chosen = controller_of(load_robot(robot or "m2006", profile), controller)
+    built = with_choices(chosen.robot, None, odometry)
     if built.rc is None:
         raise UsageError(f"{built.file}: this robot takes no RC; give --profile to drive it with a capture")
     _refuse_another_protocol(path, protocol, built)
@@ -214,18 +223,27 @@ def from_capture(
         raise UsageError(f"{path}: holds no bytes to replay")
     return Run(
         title=path.stem,
-        bench=bench_in(built, load_arena(arena) if arena is not None else FIELD),
+        bench=bench_in(built, load_arena(arena) if arena is not None else FIELD, build=chosen.build),
         ticks=max(rc) + 1 + TAIL_TICKS,
         inputs=lambda tick: TickInput(rc[tick]) if tick in rc else NOTHING,
-        info=info_of(built),
+        info=info_of(built, chosen.name),
     )
 
 
-def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
-    """A recording again: from its inputs, or with its CAN feedback in place of the plant's."""
+def from_recording(path: Path, *, recorded_can: bool = False, controller: str | None = None) -> Run:
+    """A recording again: from its inputs, or with its CAN feedback in place of the plant's.
+
+    A base of somebody's own is named in it and not held by it, and no data file makes us run code: it comes with
+    `controller`, as one may that takes the place of the recording's base.
+    """
     recording = Recording.open(path)
+    name = recording.info.controller
+    if controller is None and is_own(name):
+        raise UsageError(f"{path}: was recorded with the controller {name}; give its place: --controller FOLDER/{name}")
     built = load_robot(recording.robot_file, recording.profile_file)
-    built = with_choices(built, recording.info.controller, recording.info.odometry)
+    built = with_choices(built, None, recording.info.odometry)
+    chosen = controller_of(built, controller or name)
+    built = chosen.robot
     rc, core = recording.rc, recording.core_to_base
     arena = recording.arena
     motors: SimulatedMotors | RecordedMotors = (
@@ -234,6 +252,8 @@ def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
         else simulated_motors(built, arena, recording.noise)
     )
     bench = replayed(built, motors)
+    if chosen.build is not Base:
+        bench = Bench(chosen.build(built), bench.world)
     scenario = load_scenario(recording.scenario_file, alone=True) if recording.scenario_file else None
     # What reached the base over RC and from the core is in the recording as it came, faults included.
     again = ("answer", "command") if recorded_can else ("answer", "command", "feedback", "esc", "plant")
@@ -242,7 +262,7 @@ def from_recording(path: Path, *, recorded_can: bool = False) -> Run:
         bench=bench,
         ticks=recording.ticks,
         inputs=lambda tick: TickInput(rc.get(tick, b""), None, core.get(tick, b"")),
-        info=replace(recording.info, wheelbench=RunInfo("").wheelbench),
+        info=replace(recording.info, controller=chosen.name, wheelbench=RunInfo("").wheelbench),
         source=recording,
         judge=_judge(scenario, bench) if scenario else None,
         injector=_injector(scenario, bench, again) if scenario else None,
@@ -262,12 +282,13 @@ def _refuse_another_protocol(path: Path, protocol: str | None, robot: Robot) -> 
     )
 
 
-def bench_in(robot: Robot, arena: Arena, noise: Noise = SILENT) -> Bench:
-    """The simulated bench in an arena. Raises UsageError where the robot cannot begin there."""
+def bench_in(robot: Robot, arena: Arena, noise: Noise = SILENT, build: Build = Base) -> Bench:
+    """The simulated bench in an arena, with our base or another. Raises UsageError where a robot cannot begin."""
     why = arena.in_the_way(robot.body.radius_m, arena.start)
     if why:
         raise UsageError(f"arena {arena.name!r}: {why}; give it another [start]")
-    return simulated(robot, arena, noise)
+    bench = simulated(robot, arena, noise)
+    return bench if build is Base else Bench(build(robot), bench.world)
 
 
 def _judge(scenario: Scenario, bench: Bench) -> Judge | None:
@@ -318,13 +339,15 @@ def _rc_by_tick(capture: Capture, robot: Robot, period_ms: int | None) -> dict[i
     return by_tick(capture, profile.protocol, period_ms or profile.period_ms)
 
 
-def info_of(robot: Robot, scenario: str | None = None, seed: int = 0, noise: Noise = SILENT) -> RunInfo:
-    """What run.toml says of a run of this robot."""
+def info_of(
+    robot: Robot, controller: str | None = None, *, scenario: str | None = None, seed: int = 0, noise: Noise = SILENT
+) -> RunInfo:
+    """What run.toml says of a run of this robot; `controller` as `bench.check.controllers` names it."""
     return RunInfo(
         robot=robot.name,
         profile=robot.rc.name if robot.rc else None,
         scenario=scenario,
-        controller=robot.control.kind if robot.control.kind != SPEED_LOOP else None,
+        controller=controller or (robot.control.kind if robot.control.kind != SPEED_LOOP else None),
         odometry=robot.odometry if robot.odometry != EXACT else None,
         seed=seed,
         noise_angle_counts=noise.angle_counts or None,

@@ -6,7 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from bench.base import Base
 from bench.check.run import Run
+from bench.config import CONTROL_KINDS
 from bench.messages import StateRow, TickOutput
 from bench.odometry import wrap
 
@@ -75,14 +77,15 @@ class Summary:
         self._last = row
 
     def facts(self, run: Run) -> dict[str, object]:
-        """The numbers by name, for --json."""
+        """The numbers by name, for --json; what only our own base knows of itself is None of another."""
+        ours = isinstance(run.bench.base, Base)
         return {
             "seconds": self.ticks / 1000.0,
             "path_m": round(self.path_m, 4),
             "turn_rad": round(self.turn_rad, 4),
             "end": [round(value, 4) for value in self.end],
-            "odometry_off_m": round(self.odometry_off_m, 6),
-            "odometry_off_rad": round(self.odometry_off_rad, 6),
+            "odometry_off_m": round(self.odometry_off_m, 6) if ours else None,
+            "odometry_off_rad": round(self.odometry_off_rad, 6) if ours else None,
             "top_current_a": round(self.top_current_a, 3),
             "frames": {
                 "rc_bytes": self.rc_bytes,
@@ -91,8 +94,8 @@ class Summary:
                 "core_requests": self.core_requests,
                 "core_answers": self.core_answers,
             },
-            "link": [[at_s, state] for at_s, state in self.link_changes],
-            "controller": run.bench.robot.control.kind,
+            "link": [[at_s, state] for at_s, state in self.link_changes] if ours else None,
+            "controller": run.info.controller or run.bench.robot.control.kind,
             "odometry": run.bench.robot.odometry,
             "bus_findings": list(run.bench.bus_findings),
             **({"bad_currents": bad} if (bad := run.bench.world.plant.bad_currents) else {}),
@@ -108,21 +111,24 @@ class Summary:
         lines = [
             f"drove     {self.path_m:.2f} m and turned {math.degrees(self.turn_rad):.0f} deg"
             f" in {self.ticks / 1000:.1f} s; stands at x {x:+.3f} m, y {y:+.3f} m, {math.degrees(heading):+.1f} deg",
-            f"odometry  off by {self.odometry_off_m * 1000:.2f} mm and {math.degrees(self.odometry_off_rad):.3f} deg"
-            " at the end",
             f"rc        {frames}",
             f"slamware  {self.core_requests} requests, {self.core_answers} answers",
             f"can       {self.can_commands} commands, {self.can_feedback} feedback frames;"
             f" at most {self.top_current_a:.2f} A in a motor",
         ]
-        if self.link_changes:
+        if isinstance(run.bench.base, Base):
+            off_mm, off_deg = self.odometry_off_m * 1000, math.degrees(self.odometry_off_rad)
+            lines.insert(1, f"odometry  off by {off_mm:.2f} mm and {off_deg:.3f} deg at the end")
+        if self.link_changes and isinstance(run.bench.base, Base):
             lines.append(
                 "link      "
                 + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in self.link_changes[:LINK_CHANGES_SHOWN])
             )
         info = run.info
-        if info.controller is not None:
+        if info.controller in CONTROL_KINDS:
             lines.append(f"printed   the controller is {info.controller}, not the speed loop")
+        elif info.controller is not None:
+            lines.append(f"base      {info.controller}, not the bench's own")
         if info.odometry is not None:
             lines.append(
                 f"printed   the odometry is {info.odometry}; it ends {self.odometry_off_m:.2f} m and"

@@ -1,11 +1,22 @@
-"""`--controller` and `--odometry`: another form in the place of the bench's own. docs/errata.md."""
+"""`--controller` and `--odometry`: who stands behind the seam, and another form of odometry."""
 
 from __future__ import annotations
 
 import argparse
 
 
+def add_controller(parser: argparse.ArgumentParser) -> None:
+    """Who stands behind the seam. What it names is looked up where the robot is read: `bench.check.controllers`."""
+    parser.add_argument(
+        "--controller",
+        metavar="C",
+        help="instead of the bench's own: yours (FILE.py:NAME or module:NAME), a wrong one (docs/scenarios.md), "
+        "or a printed form (docs/errata.md)",
+    )
+    parser.add_argument("--traceback", action="store_true", help="show errors in your own controller whole")
+
+
 def add_choices(parser: argparse.ArgumentParser) -> None:
-    """The two options. What they name is looked up where the robot is read, with the nearest name in the error."""
-    parser.add_argument("--controller", metavar="NAME", help="a printed form instead of the speed loop: docs/errata.md")
+    """The controller and the odometry."""
+    add_controller(parser)
     parser.add_argument("--odometry", metavar="NAME", help="a printed form instead of exact odometry: docs/errata.md")

@@ -29,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Open the dashboard."""
+    from bench.check.controllers import is_own
     from bench.cli.terminal import has_terminal
     from bench.errors import SurroundingsError, UsageError
 
@@ -40,6 +41,11 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--replay: a recording brings its own arena; leave --arena out")
     if args.replay is not None and (args.controller is not None or args.odometry is not None):
         raise UsageError("--replay: a recording brings its own controller and odometry; leave those options out")
+    if is_own(args.controller):
+        raise UsageError(
+            "--controller: the dashboard shows what only the bench's own base knows; put yours to "
+            "`wheelbench replay`, `wheelbench failsafe` or pytest"
+        )
     if not has_terminal():
         raise SurroundingsError(
             "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
@@ -54,16 +60,18 @@ def run(args: argparse.Namespace) -> int:
         return show(job, recorder)
 
     from bench.arena import FIELD, load_arena
+    from bench.check.controllers import controller_of
     from bench.check.run import bench_in, info_of
     from bench.config import load_robot, with_choices
     from bench.screen.keyboard import Keyboard
 
-    robot = with_choices(load_robot(args.robot or "m2006", args.profile), args.controller, args.odometry)
+    chosen = controller_of(load_robot(args.robot or "m2006", args.profile), args.controller)
+    robot = with_choices(chosen.robot, None, args.odometry)
     arena = load_arena(args.arena) if args.arena is not None else FIELD
     keyboard = Keyboard(robot.rc)
-    info = info_of(robot)
+    info = info_of(robot, chosen.name)
     title = ", ".join(filter(None, (robot.name, info.controller, info.odometry)))
-    job = Run(title=title, bench=bench_in(robot, arena), ticks=0, inputs=keyboard.inputs, info=info)
+    job = Run(title=title, bench=bench_in(robot, arena, build=chosen.build), ticks=0, inputs=keyboard.inputs, info=info)
     recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
     from bench.tui import drive
 

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bench.cli.choices import add_controller
+
 if TYPE_CHECKING:
     from bench.check.failsafe import Cell, Loss
     from bench.config import Robot
@@ -20,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--robot", metavar="R", default="m2006", help="a name that `wheelbench robots` lists, or a file"
     )
     parser.add_argument("--profile", metavar="P", help="the transmitter's profile: a name or a .toml file")
-    parser.add_argument("--controller", metavar="C", help="a wrong controller instead of ours, to see the matrix fail")
+    add_controller(parser)
     parser.add_argument("--only", metavar="LOSS", help="rows whose name contains this text")
     parser.add_argument("--frozen-ms", metavar="N", type=int, help="frozen_ms, where the profile leaves it at 0")
     parser.add_argument("--jobs", metavar="N", type=int, default=2, help="processes (2)")
@@ -32,6 +34,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the matrix; exit status 1 where a cell is red."""
     import json
 
+    from bench.check.controllers import controller_of
     from bench.check.failsafe import RED, losses
     from bench.cli.output import write_text
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
@@ -44,10 +47,12 @@ def run(args: argparse.Namespace) -> int:
     numbers = [number for number, loss in enumerate(rows) if (args.only or "").lower() in loss.name.lower()]
     if not numbers:
         raise UsageError(f"--only: no loss is called {args.only!r}; known: {', '.join(loss.name for loss in rows)}")
+    chosen = controller_of(robot, args.controller)
+    chosen.build(chosen.robot)  # one that does not come up is told once, not in every cell
     if not args.json:
         print(_header(robot, args.controller))
     matrix = []
-    for number, cells in zip(numbers, _rows(robot, numbers, args.controller, args.jobs), strict=True):
+    for number, cells in zip(numbers, _rows(robot, numbers, args), strict=True):
         matrix.append((rows[number], cells))
         if args.json:
             for cell in cells:
@@ -64,14 +69,9 @@ def run(args: argparse.Namespace) -> int:
 def _robot(args: argparse.Namespace) -> Robot:
     from dataclasses import replace
 
-    from bench.check.subjects import SUBJECTS
-    from bench.config import load_robot, nearest
+    from bench.config import load_robot
     from bench.errors import UsageError
 
-    if args.controller is not None and args.controller not in SUBJECTS:
-        raise UsageError(
-            f"--controller: no wrong controller is called {args.controller!r}{nearest(args.controller, list(SUBJECTS))}"
-        )
     if args.jobs < 1:
         raise UsageError(f"--jobs: expected 1 or more, got {args.jobs}")
     robot = load_robot(args.robot, args.profile)
@@ -82,14 +82,17 @@ def _robot(args: argparse.Namespace) -> Robot:
     return replace(robot, rc=replace(robot.rc, frozen_ms=args.frozen_ms))
 
 
-def _rows(robot: Robot, numbers: Sequence[int], subject: str | None, jobs: int) -> Iterator[list[Cell]]:
-    """Row by row in order, several at a time. The processes start afresh: a fork of a busy program is a risk."""
+def _rows(robot: Robot, numbers: Sequence[int], args: argparse.Namespace) -> Iterator[list[Cell]]:
+    """Row by row in order, several at a time. The processes start afresh: a fork of a busy program is a risk. To show
+    a traceback, all of it happens here, and ends with the first error.
+    """
     import multiprocessing
     from functools import partial
 
     from bench.check.failsafe import run_row
 
-    row = partial(run_row, robot, subject=subject)
+    jobs = 1 if args.traceback else args.jobs
+    row = partial(run_row, robot, controller=args.controller, raises=args.traceback)
     if jobs == 1 or len(numbers) == 1:
         yield from map(row, numbers)
         return
@@ -97,10 +100,18 @@ def _rows(robot: Robot, numbers: Sequence[int], subject: str | None, jobs: int) 
         yield from pool.imap(row, numbers)
 
 
-def _header(robot: Robot, subject: str | None) -> str:
+def _who(controller: str | None) -> str:
+    from bench.check.subjects import SUBJECTS
+
+    if controller is None:
+        return "the bench's own controller"
+    return f"wrong on purpose: {controller}" if controller in SUBJECTS else f"controller {controller}"
+
+
+def _header(robot: Robot, controller: str | None) -> str:
     from bench.check.failsafe import PHASES
 
-    who = f"wrong on purpose: {subject}" if subject else "the bench's own controller"
+    who = _who(controller)
     profile = robot.rc.name if robot.rc else ""
     names = "".join(f"{phase:<{CELL_WIDTH}}" for phase in PHASES).rstrip()
     return f"{robot.name} with {profile}, {who}: from loss to stop\n\n{'':{NAME_WIDTH}}{names}"
@@ -114,6 +125,8 @@ def _line(cells: Sequence[Cell]) -> str:
 def _words(cell: Cell) -> str:
     if cell.verdict == "off":
         return "off"
+    if cell.failed:
+        return f"{cell.verdict} failed"
     return f"{cell.verdict} {'goes on' if cell.stop_ms is None else f'{cell.stop_ms} ms'}"
 
 
@@ -124,14 +137,17 @@ def _below(matrix: Sequence[tuple[Loss, Sequence[Cell]]]) -> Iterator[str]:
         rule = f"off: {cells[0].why[0]}" if cells[0].verdict == "off" else loss.rule
         yield f"{loss.name:<{NAME_WIDTH}}{rule}"
     red = [cell for _, cells in matrix for cell in cells if cell.verdict == "RED"]
+    told: dict[tuple[str, tuple[str, ...]], list[str]] = {}  # a row's cells that are red for the same reason: one line
+    for cell in red:
+        told.setdefault((cell.loss, cell.why), []).append(cell.phase)
     judged = [cell for _, cells in matrix for cell in cells if cell.verdict != "off"]
     yield ""
-    for cell in red:
-        yield f"RED  {cell.loss}, {cell.phase}: {'; '.join(cell.why)}"
+    for (loss_name, why), phases in told.items():
+        yield f"RED  {loss_name}, {', '.join(phases)}: {'; '.join(why)}"
     yield f"{len(judged) - len(red)} of {len(judged)} cells as their rules say"
 
 
-def _page(robot: Robot, subject: str | None, matrix: Sequence[tuple[Loss, Sequence[Cell]]]) -> str:
+def _page(robot: Robot, controller: str | None, matrix: Sequence[tuple[Loss, Sequence[Cell]]]) -> str:
     """One self-contained page."""
     from html import escape
 
@@ -151,7 +167,7 @@ def _page(robot: Robot, subject: str | None, matrix: Sequence[tuple[Loss, Sequen
         for cell in cells
         if cell.verdict == "RED"
     )
-    who = f"wrong on purpose: {subject}" if subject else "the bench's own controller"
+    who = _who(controller)
     title = f"Failsafe matrix: {robot.name} with {robot.rc.name if robot.rc else ''}"
     head = "".join(f"<th>{phase}</th>" for phase in PHASES)
     return f"""<!doctype html>
@@ -172,5 +188,7 @@ largest commanded current where there should be none.</p>
 
 
 def _facts(cell: Cell) -> str:
+    if cell.failed:
+        return "failed"
     stop = "drives on" if cell.stop_ms is None else f"{cell.stop_ms} ms"
     return f"{stop}<br>{100 * cell.stop_m:.1f} cm<br>{cell.residual_a:.3f} A"
