@@ -23,6 +23,7 @@ VERBS = {
     "bus": "does it all fit on the motors' CAN bus: loads, worst-case response times, the verdict",
     "dbc": "a DBC of every message on the motors' CAN bus",
     "robots": "what can be driven",
+    "emulate": "hardware for a driver or a firmware to talk to: ESCs, an SLCAN adapter, a base, a core, an RC receiver",
 }
 
 

@@ -27,7 +27,7 @@ def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) 
     summary = Summary(len(run.bench.robot.wheels))
     judge, injector = run.judge, run.injector
     started_ns = now_ns()
-    with _asked_to_stop() as asked:
+    with asked_to_stop() as asked:
         try:
             for block in _with_bar(run, quiet):
                 if recorder is not None:
@@ -49,7 +49,7 @@ def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) 
 
 
 @contextmanager
-def _asked_to_stop() -> Iterator[list[int]]:
+def asked_to_stop() -> Iterator[list[int]]:
     """A list that holds the first signal to stop. A second one acts as usual, at once.
 
     An exception out of a signal can strike inside a callback of the engine, where it is swallowed; a list cannot.

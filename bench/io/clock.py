@@ -120,3 +120,8 @@ class FreePacer:
     def due(self, done: int) -> int:
         """The burst."""
         return self._burst
+
+
+def wait_ns(duration_ns: int) -> None:
+    """Sleep so long."""
+    time.sleep(duration_ns / 1e9)

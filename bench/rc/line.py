@@ -94,3 +94,13 @@ def read(signal: Signal, settings: Settings, late_bits: float = LATE_BITS) -> li
         free_us = edge_us + (stop_at + 0.5 + late_bits) * bit_us
         received.append(Received(free_us, byte, levels[stop_at]))
     return received
+
+
+USUAL = {
+    "uart12": Settings(115_200, True, 2),
+    "sbus": Settings(100_000, True, 2, True),
+    "dbus": Settings(100_000, True, 1, True),
+    "ibus": Settings(115_200),
+    "crsf": Settings(420_000),
+}
+"""What each protocol's makers set the port to (docs/rc)."""

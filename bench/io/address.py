@@ -1,0 +1,206 @@
+"""Address strings, one for each wire, and the only place that reads them. Nothing is opened here.
+
+sim:                                     inside the process, the default of every wire
+pty:          pty:/tmp/rc                a pseudo-terminal that the bench makes; with a path, a link there leads to it
+serial:/dev/ttyUSB0?baud=115200&format=8N1
+socket://127.0.0.1:5000                  connect
+listen://127.0.0.1:5000                  wait for whoever connects; this machine alone, but for ?remote=yes
+
+can:slcan:/dev/ttyACM0@1000000           an SLCAN adapter on any serial line: a device, pty:, socket://HOST:PORT
+can:socketcan:can0
+can:virtual:NAME                         python-can's bus within one process
+can:udp_multicast:239.74.163.2           stays on this machine, but for ?remote=yes
+can:INTERFACE:CHANNEL@BITRATE?key=value  any interface of python-can; the keys go to it as they are
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import NamedTuple
+from urllib.parse import parse_qsl
+
+from bench.errors import UsageError
+from bench.rc.line import Settings
+
+CAN_BITRATE = 1_000_000
+"""Of the C610 and DM3519: what a bus has where its address says nothing."""
+SERIAL_KINDS = "sim:, pty:, serial:/dev/NAME?baud=N, socket://HOST:PORT or listen://HOST:PORT"
+CAN_KINDS = "sim:, can:slcan:/dev/NAME@1000000, can:socketcan:can0, can:virtual:NAME or can:udp_multicast:239.74.163.2"
+
+
+class SerialAddress(NamedTuple):
+    """Where a serial line is. `settings` are those that the address names itself, None where it leaves them open."""
+
+    kind: str
+    """sim, pty, serial, socket or listen."""
+    place: str = ""
+    """Of serial the device, of pty the link's path, of the others the host."""
+    port: int = 0
+    settings: Settings | None = None
+    text: str = "sim:"
+
+    @property
+    def is_sim(self) -> bool:
+        """Whether it stays inside the process."""
+        return self.kind == "sim"
+
+
+class CanAddress(NamedTuple):
+    """Where a CAN bus is. `line` is the serial line that an SLCAN adapter hangs on."""
+
+    interface: str
+    """sim, slcan, or python-can's name for it."""
+    channel: str = ""
+    bitrate: int | None = None
+    options: Mapping[str, str | int | bool] = {}
+    line: SerialAddress | None = None
+    text: str = "sim:"
+
+    @property
+    def is_sim(self) -> bool:
+        """Whether it stays inside the process."""
+        return self.interface == "sim"
+
+    @property
+    def is_harmless(self) -> bool:
+        """Whether no motor can hang on it: inside the process, or on this machine's own virtual buses."""
+        return self.interface in ("sim", "virtual") or (
+            self.interface == "udp_multicast" and self.options.get("hop_limit") == 0
+        )
+
+
+def serial_address(name: str, text: str) -> SerialAddress:
+    """Read the address of a serial line; `name` is what the user calls the wire. Raises UsageError in one sentence."""
+    if text == "sim:":
+        return SerialAddress("sim")
+    scheme, colon, rest = text.partition(":")
+    if scheme == "can":
+        raise UsageError(f"{name} {text}: is a CAN bus, and this wire is a serial line; expected {SERIAL_KINDS}")
+    if not colon and text.startswith("/"):
+        raise UsageError(f"{name} {text}: does not say what it is; try serial:{text}")
+    if scheme == "pty" and "?" not in rest:
+        return SerialAddress("pty", rest, text=text)
+    if scheme == "serial":
+        return _device(name, text, rest)
+    if scheme in ("socket", "listen"):
+        return _network(name, text, scheme, rest)
+    raise UsageError(f"{name} {text}: expected {SERIAL_KINDS}{_meant(scheme, ('sim', 'pty', 'serial', 'socket'))}")
+
+
+def can_address(name: str, text: str) -> CanAddress:
+    """Read the address of a CAN bus; `name` is what the user calls the wire. Raises UsageError in one sentence."""
+    if text == "sim:":
+        return CanAddress("sim")
+    scheme, _, rest = text.partition(":")
+    interface, colon, rest = rest.partition(":")
+    if scheme != "can" or not interface or not colon:
+        raise UsageError(f"{name} {text}: expected {CAN_KINDS}")
+    rest, options = _options(name, text, rest)
+    rest, bitrate = _bitrate(name, text, rest)
+    if not rest:
+        raise UsageError(f"{name} {text}: names no channel; expected {CAN_KINDS}")
+    if interface == "slcan":
+        if options:
+            raise UsageError(f"{name} {text}: an SLCAN adapter takes no ?{next(iter(options))}=; give only @BITRATE")
+        line = serial_address(name, f"serial:{rest}" if rest.startswith("/") else rest)
+        if line.is_sim:
+            raise UsageError(f"{name} {text}: an adapter hangs on a serial line; try can:slcan:/dev/ttyACM0@1000000")
+        bitrate = bitrate or CAN_BITRATE
+        return CanAddress(interface, rest, bitrate, options, line, text)
+    if interface == "udp_multicast":
+        remote = options.pop("remote", False)
+        if remote not in (True, False):
+            raise UsageError(f"{name} {text}: remote={remote}: expected yes or no")
+        # A time to live of 0 keeps a datagram on this machine.
+        options.setdefault("hop_limit", 1 if remote else 0)
+        if options["hop_limit"] != 0 and not remote:
+            raise UsageError(f"{name} {text}: would leave this machine; add ?remote=yes if that is meant")
+    return CanAddress(interface, rest, bitrate, options, None, text)
+
+
+def _device(name: str, text: str, rest: str) -> SerialAddress:
+    device, given = _options(name, text, rest)
+    if not device:
+        raise UsageError(f"{name} {text}: names no device; try serial:/dev/ttyUSB0 (`wheelbench doctor` lists them)")
+    settings = None
+    if given:
+        settings = Settings(_baud(name, text, given.pop("baud", 115_200)))
+        settings = _format(name, text, settings, str(given.pop("format", "8N1")))
+    if given:
+        key = next(iter(given))
+        raise UsageError(f"{name} {text}: knows no {key!r}; expected baud or format{_meant(key, ('baud', 'format'))}")
+    return SerialAddress("serial", device, 0, settings, text)
+
+
+def _network(name: str, text: str, kind: str, rest: str) -> SerialAddress:
+    place, options = _options(name, text, rest.removeprefix("//"))
+    host, colon, digits = place.rpartition(":")
+    if not rest.startswith("//") or not colon or not host or not digits.isdecimal() or not 0 < int(digits) < 65536:
+        raise UsageError(f"{name} {text}: expected {kind}://HOST:PORT, such as {kind}://127.0.0.1:5000")
+    remote = options.pop("remote", False)
+    if options or remote not in (True, False):
+        raise UsageError(f"{name} {text}: the only option here is ?remote=yes")
+    host = host.strip("[]")
+    if kind == "listen" and not remote and not _is_loopback(host):
+        raise UsageError(f"{name} {text}: would be open to the network; listen on 127.0.0.1, or add ?remote=yes")
+    return SerialAddress(kind, host, int(digits), None, text)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _options(name: str, text: str, rest: str) -> tuple[str, dict[str, str | int | bool]]:
+    """What stands before the question mark, and the options behind it: whole numbers, yes and no, or text."""
+    place, mark, query = rest.partition("?")
+    if not mark:
+        return place, {}
+    try:
+        pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=True)
+    except ValueError:
+        raise UsageError(f"{name} {text}: after the question mark expected key=value, joined by &") from None
+    keys = [key for key, _ in pairs]
+    twice = next((key for key in keys if keys.count(key) > 1), None)
+    if twice is not None:
+        raise UsageError(f"{name} {text}: gives {twice} twice")
+    return place, {key: _value(value) for key, value in pairs}
+
+
+def _value(text: str) -> str | int | bool:
+    known = {"yes": True, "true": True, "no": False, "false": False}
+    if text.lower() in known:
+        return known[text.lower()]
+    return int(text) if text.isdecimal() and text.isascii() else text
+
+
+def _bitrate(name: str, text: str, rest: str) -> tuple[str, int | None]:
+    channel, at, digits = rest.rpartition("@")
+    if not at:
+        return rest, None
+    if not digits.isdecimal() or not 10_000 <= int(digits) <= 1_000_000:
+        raise UsageError(f"{name} {text}: @{digits}: expected a bitrate from 10000 to 1000000, such as @1000000")
+    return channel, int(digits)
+
+
+def _baud(name: str, text: str, value: str | int | bool) -> int:
+    if type(value) is not int or not 50 <= value <= 20_000_000:
+        raise UsageError(f"{name} {text}: baud={value}: expected a number such as 115200")
+    return value
+
+
+def _format(name: str, text: str, settings: Settings, value: str) -> Settings:
+    known = {"8N1": (False, 1), "8N2": (False, 2), "8E1": (True, 1), "8E2": (True, 2)}
+    if value.upper() not in known:
+        raise UsageError(f"{name} {text}: format={value}: expected {', '.join(known)}")
+    even_parity, stop_bits = known[value.upper()]
+    return settings._replace(even_parity=even_parity, stop_bits=stop_bits)
+
+
+def _meant(word: str, known: tuple[str, ...]) -> str:
+    near = get_close_matches(word, known, 1)
+    return f"; did you mean {near[0]}?" if near else ""

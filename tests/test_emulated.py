@@ -1,0 +1,466 @@
+"""Emulated hardware over real wires: ptys, sockets on the loopback, python-can's virtual and udp_multicast buses."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import can
+import pytest
+import serial
+
+from bench.__main__ import main
+from bench.config import load_profile, load_robot
+from bench.errors import SurroundingsError, UsageError
+from bench.io.can_port import open_can
+from bench.io.clock import now_ns, wait_ns
+from bench.io.emulated.devices import BaseOnLine, CoreOnLine, EscsOnBus, ReceiverOnLine
+from bench.io.emulated.serve import serve
+from bench.io.serial_port import PacedWriter, open_serial
+from bench.m2006 import decode_feedback, encode_command
+from bench.messages import BodyTwist, RcFrame
+from bench.rc.line import USUAL, Settings
+from bench.rc.retransmit import retransmitted, sticks_of
+from bench.rc.transmitter import Sticks, Transmitter
+from bench.rc_decode import decoder
+from bench.slamware import SlamwareBase, SlamwareCore
+from bench.slamware.reference_base import reference_facts
+from bench.slamware.senses import Motion
+
+M2006 = load_robot("m2006")
+ROOT = Path(__file__).parents[1]
+GROUP = "239.74.163.9"
+MULTICAST = f"can:udp_multicast:{GROUP}?port=43977"
+DEADLINE_S = 15.0
+
+
+def until(holds, *steps):
+    """Step by hand until something holds: real wires take their time on a busy machine."""
+    deadline, tick = time.monotonic() + DEADLINE_S, 0
+    while not holds():
+        assert time.monotonic() < deadline, "nothing came"
+        for step in steps:
+            step(tick)
+        tick += 1
+
+
+# --- ESCs --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=["can:virtual:escs-test", MULTICAST])
+def bus(request):
+    if "multicast" in request.param:
+        pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
+    return request.param
+
+
+def driver_of(address):
+    """The same bus as somebody's driver opens it: with python-can and nothing of ours."""
+    if "virtual" in address:
+        return can.Bus(interface="virtual", channel="escs-test")
+    return can.Bus(interface="udp_multicast", channel=GROUP, port=43977, hop_limit=0)
+
+
+def test_a_driver_turns_a_wheel(bus):
+    """600 mA on motor 1: the wheel turns in the direction of its current, as far as the reports say."""
+    escs = EscsOnBus(M2006, open_can("escs", bus))
+    driver = driver_of(bus)
+    try:
+        reports = {}
+        for tick in range(200):
+            command = can.Message(arbitration_id=0x200, data=encode_command((600, 0, 0, 0)), is_extended_id=False)
+            driver.send(command)
+            if tick == 0:
+                wait_ns(20_000_000)
+            escs.step(tick)
+            while (message := driver.recv(0)) is not None:
+                reports.setdefault(message.arbitration_id, []).append(decode_feedback(bytes(message.data)))
+        assert escs.facts()["commands"] >= 150
+        assert {0x201, 0x202, 0x203} <= set(reports)
+        _, rpm, current_ma = reports[0x201][-1]
+        assert rpm > 100
+        assert current_ma == pytest.approx(600, abs=30)
+        assert abs(reports[0x202][-1][2]) < 30
+        assert escs.facts()["wheel_radps"][0] != 0.0
+    finally:
+        driver.shutdown()
+        escs.close()
+
+
+def test_over_multicast_a_sender_does_not_hear_itself():
+    pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
+    one, two = open_can("one", MULTICAST), open_can("two", MULTICAST)
+    try:
+        got = {"one": [], "two": []}
+        for k in range(50):
+            one.write([(0x201, bytes([k])), (0x202, b"")])
+            two.write([(0x200, bytes([k]))])
+
+        def arrived():
+            got["one"] += one.read()
+            got["two"] += two.read()
+            return len(got["one"]) >= 50 and len(got["two"]) >= 100
+
+        until(arrived)
+        assert got["one"] == [(0x200, bytes([k])) for k in range(50)]
+        assert got["two"] == [frame for k in range(50) for frame in ((0x201, bytes([k])), (0x202, b""))]
+    finally:
+        one.close()
+        two.close()
+
+
+def test_junk_on_the_network_is_counted_and_no_frame_is_lost():
+    pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
+    port, driver = open_can("port", MULTICAST), driver_of(MULTICAST)
+    noise = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    noise.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+    try:
+        for k in range(10):
+            noise.sendto(b"no frame at all", (GROUP, 43977))
+            driver.send(can.Message(arbitration_id=0x200 + k, data=b"", is_extended_id=False))
+        driver.send(can.Message(arbitration_id=0x200, data=b"", is_extended_id=True))
+        got = []
+        until(lambda: got.extend(port.read()) or port.other_frames)
+        assert got == [(0x200 + k, b"") for k in range(10)]
+        assert (port.noise, port.lost, port.other_frames) == (10, "", 1)
+    finally:
+        noise.close()
+        driver.shutdown()
+        port.close()
+
+
+@pytest.mark.parametrize(
+    ("address", "error", "tells"),
+    [
+        ("can:virtuall:x", UsageError, "did you mean virtual?"),
+        ("can:socketcan:nocan9", SurroundingsError, "; "),
+        ("can:udp_multicast:10.0.0.1", SurroundingsError, "a group such as 239.74.163.2"),
+        ("can:udp_multicast:239.0.0.1?port=five", SurroundingsError, "a group such as 239.74.163.2"),
+        ("can:slcan:/dev/no-such-thing", SurroundingsError, "plug it in"),
+        ("can:slcan:/dev/null", SurroundingsError, "is no serial port"),
+        ("can:slcan:socket://127.0.0.1:9", SurroundingsError, "start the other end first"),
+    ],
+)
+def test_what_python_can_refuses_is_one_sentence(address, error, tells, capfd):
+    with pytest.raises(error) as told:
+        open_can("--can", address)
+    assert tells in str(told.value)
+    assert len(str(told.value).splitlines()) == 1
+    assert capfd.readouterr() == ("", ""), "the libraries say nothing beside it"
+
+
+# --- serial lines ------------------------------------------------------------------------------------------------
+
+
+def test_a_pty_tells_who_is_there(tmp_path):
+    link = tmp_path / "rc"
+    port = open_serial("rc", f"pty:{link}")
+    assert port.lost
+    port.write(b"to nobody")
+    assert port.dropped_bytes == 9
+    with serial.Serial(str(link), 115200, timeout=5) as peer:
+        assert port.revive()
+        port.write(b"frame")
+        assert peer.read(5) == b"frame", "and nothing of what was sent to nobody"
+        peer.write(b"answer\r\n\x03\x04")
+        got = bytearray()
+        until(lambda: got.extend(port.read()) or len(got) >= 10)
+        assert got == b"answer\r\n\x03\x04", "raw: no echo, no line ends, no signals"
+    assert port.read() == b""
+    assert (port.lost, port.losses) == ("the other end has closed it", 1)
+    with serial.Serial(str(link), 115200):
+        assert port.revive()
+    port.close()
+    assert not link.exists()
+
+
+def test_a_full_line_drops_and_counts_and_never_blocks():
+    port = open_serial("rc", "pty:")
+    with serial.Serial(port.where, 115200) as peer:
+        assert peer.is_open
+        for _ in range(100):
+            port.write(bytes(1000))
+        assert 0 < port.dropped_bytes < 100_000
+        assert port.lost == ""
+    port.close()
+
+
+def test_a_device_that_goes_and_comes(tmp_path):
+    link = tmp_path / "tty"
+    far = open_serial("far", f"pty:{link}")
+    port = open_serial("rc", f"serial:{link}?baud=100000&format=8E2")
+    assert "pseudo-terminal" in port.note
+    far.close()
+    assert port.read() == b""
+    assert port.lost
+    assert not port.revive(), "not before half a second has passed"
+    far = open_serial("far", f"pty:{link}")
+    until(port.revive)
+    far.write(b"back")
+    got = bytearray()
+    until(lambda: got.extend(port.read()) or got)
+    assert (bytes(got), port.losses) == (b"back", 1)
+    port.close()
+    far.close()
+
+
+def test_a_listener_takes_one_after_the_other():
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        number = free.getsockname()[1]
+    listener = open_serial("slamware", f"listen://127.0.0.1:{number}")
+    for text in (b"first", b"second"):
+        client = open_serial("slamware", listener.where)
+        client.write(text)
+        got = bytearray()
+        until(lambda got=got, text=text: got.extend(listener.read()) or len(got) >= len(text))
+        assert got == text
+        listener.write(b"ok")
+        back = bytearray()
+        until(lambda back=back, client=client: back.extend(client.read()) or len(back) >= 2)
+        client.close()
+        until(lambda: listener.read() == b"" and listener.lost)
+    with pytest.raises(SurroundingsError, match="cannot listen there"):
+        open_serial("slamware", f"listen://127.0.0.1:{number}")
+    listener.close()
+
+
+def test_a_device_without_permission_names_the_group(tmp_path):
+    if os.geteuid() == 0:
+        pytest.skip("root may open everything")
+    closed = tmp_path / "tty"
+    closed.touch(0o000)
+    with pytest.raises(SurroundingsError, match="dialout"):
+        open_serial("rc", f"serial:{closed}")
+
+
+def test_bytes_leave_no_faster_than_their_line():
+    """25 bytes of SBUS are 25 x 12 bits at 100000 baud: 3.0 ms."""
+    port = open_serial("rc", "pty:")
+    writer = PacedWriter(port, USUAL["sbus"])
+    writer.put(bytes(25))
+    assert [len(writer.step()) for _ in range(5)] == [8, 8, 9, 0, 0]
+    eight_n_one = PacedWriter(port, Settings(115_200))
+    eight_n_one.put(bytes(1000))
+    assert sum(len(eight_n_one.step()) for _ in range(80)) == pytest.approx(80 * 11.52, abs=1)
+    eight_n_one.put(bytes(100_000))
+    assert port.dropped_bytes > 90_000
+    port.close()
+
+
+# --- SLAMWARE ----------------------------------------------------------------------------------------------------
+
+
+class Still(Motion):
+    wheel_count = 2
+
+
+def test_our_core_drives_the_emulated_base_over_a_pty():
+    """The core as a library program would have it: pyserial and the codec, nothing of our ports."""
+    device = BaseOnLine(load_robot("slamware-a"), open_serial("base", "pty:"))
+    core = SlamwareCore()
+    core.ask(BodyTwist(0.2, 0.0, 0.0))
+    with serial.Serial(device.line.where, 115200, timeout=0) as port:
+
+        def talk(tick):
+            device.step(tick)
+            request = core.step(tick, port.read(4096))
+            if request:
+                port.write(request)
+
+        until(lambda: device.facts()["x_m"] > 0.1, talk)
+        assert core.connected
+        assert core.pose.x_m == pytest.approx(device.facts()["x_m"], abs=0.03)
+        assert device.facts()["driver"] == "core"
+    device.close()
+
+
+def test_the_emulated_core_drives_a_base_over_a_socket():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        device = CoreOnLine(
+            open_serial("core", f"socket://127.0.0.1:{listener.getsockname()[1]}"), {0: BodyTwist(0.3, 0, 0)}
+        )
+        far, _ = listener.accept()
+    far.setblocking(False)
+    base = SlamwareBase(reference_facts(), Still())
+
+    def talk(tick):
+        device.step(tick)
+        try:
+            answer = base.receive(far.recv(4096), tick)
+        except BlockingIOError:
+            return
+        if answer:
+            far.sendall(answer)
+
+    until(lambda: base.wanted_twist.vx_mps, talk)
+    assert base.wanted_twist.vx_mps == pytest.approx(0.3, abs=1e-3)
+    assert device.facts()["connected"]
+    device.close()
+    far.close()
+
+
+# --- RC ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["uart12", "frsky-sbus", "dr16", "flysky", "elrs"])
+def test_a_receiver_speaks_every_protocol_on_a_pty(name):
+    profile = load_profile(name)
+    transmitter = Transmitter(profile)
+    held = Sticks(forward=0.5, left=-1.0, aux1=True)
+    frames = {tick: data for tick in range(60) if (data := transmitter.step(tick, held))}
+    port = open_serial("rc", "pty:")
+    device = ReceiverOnLine(port, profile.protocol, frames, USUAL[profile.protocol])
+    reader, got = decoder(profile.protocol, 2000), []
+    with serial.Serial(port.where, 115200, timeout=0) as peer:
+        for tick in range(120):
+            device.step(tick)
+            got += [event for event in reader.feed(peer.read(4096), tick * 1000) if isinstance(event, RcFrame)]
+    assert len(got) == len(frames) == device.frames_out
+    assert {frame.channels for frame in got} == {transmitter.channels(held)}
+    device.close()
+
+
+@pytest.mark.parametrize("sent_by", ["frsky-sbus", "dr16", "flysky", "elrs"])
+def test_a_stream_is_sent_again_in_other_words(sent_by):
+    read_by, sent_by = load_profile("uart12"), load_profile(sent_by)
+    transmitter = Transmitter(read_by)
+    held = {0: Sticks(), 200: Sticks(0.75, 0.25, -0.5), 400: Sticks(-1.0, aux1=True), 600: None}
+    stream, sticks = {}, None
+    for tick in range(900):
+        sticks = held.get(tick, sticks)
+        if sticks is not None and (data := transmitter.step(tick, sticks)):
+            stream[tick] = data
+    again = retransmitted(stream, read_by, sent_by)
+    reader = decoder(sent_by.protocol, 2000)
+    seen = {}
+    for tick, data in again.items():
+        for event in reader.feed(data, tick * 1000):
+            assert isinstance(event, RcFrame)
+            seen[tick] = sticks_of(event.channels, sent_by)
+    for tick in (190, 390, 590):
+        nearest = max(at for at in seen if at <= tick)
+        expected = held[tick // 200 * 200]
+        assert seen[nearest][:3] == pytest.approx(expected[:3], abs=0.002)
+        assert seen[nearest][3:] == expected[3:]
+    assert max(seen) < 700, "silent where the stream was"
+
+
+# --- served ------------------------------------------------------------------------------------------------------
+
+
+def test_devices_are_stepped_once_a_millisecond():
+    ticks, closed = [], []
+
+    class Device:
+        def step(self, tick):
+            ticks.append(tick)
+
+        def facts(self):
+            return {}
+
+        def close(self):
+            closed.append(True)
+
+    started = now_ns()
+    assert serve([Device()], ticks=100) >= 100
+    assert now_ns() - started >= 99_000_000
+    assert ticks == list(range(len(ticks)))
+    assert closed == [True]
+
+
+@pytest.fixture
+def call(capsys):
+    """Run the command in this process: (exit status, stdout, stderr)."""
+
+    def run(*arguments):
+        status = main([str(argument) for argument in arguments])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def wheelbench(*arguments):
+    return subprocess.Popen(
+        [sys.executable, "-m", "bench", *map(str, arguments)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_emulate_says_where_it_is_what_it_hears_and_stops_by_ctrl_c(tmp_path):
+    link = tmp_path / "adapter"
+    running = wheelbench("emulate", "slcan", f"pty:{link}", "--robot", "m2006")
+    try:
+        first = running.stdout.readline()
+        assert first.startswith("SLCAN adapter with the ESCs of m2006 behind it")
+        assert str(link) in first
+        port = open_can("--can", f"can:slcan:{link}")
+        command = (0x200, encode_command((0, 500, 0, 0)))
+        seen = {}
+
+        def turns(tick):
+            port.write([command])
+            seen.update(port.read())
+            wait_ns(1_000_000)
+
+        until(lambda: 0x202 in seen and decode_feedback(seen[0x202])[1] > 50, turns)
+        heard = running.stdout.readline()
+        assert "open yes, bitrate 1000000" in heard
+        running.send_signal(signal.SIGINT)
+        out, err = running.communicate(timeout=DEADLINE_S)
+        assert (running.returncode, err) == (0, "")
+        assert "stopped" in out.splitlines()[-1]
+        assert not link.exists()
+        port.close()
+    finally:
+        running.kill()
+        running.communicate()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "tells"),
+    [
+        (("escs", "pty:"), 2, "expected sim:, can:slcan"),
+        (("escs", "sim:"), 2, "nobody else can meet it"),
+        (("base", "can:virtual:x"), 2, "is a CAN bus"),
+        (("core", "pty:", "--twist", "fast"), 2, "expected VX,VY,OMEGA"),
+        (("receiver", "pty:", "--protocol", "morse"), 2, "expected uart12, sbus"),
+        (("receiver", "pty:", "--protocol", "sbus", "--seconds", "-1"), 2, "expected a positive number"),
+        (("base", "serial:/dev/no-such-thing"), 3, "plug it in"),
+    ],
+)
+def test_emulate_refuses_in_one_sentence(call, arguments, status, tells):
+    got, out, err = call("emulate", *arguments)
+    assert (got, out) == (status, "")
+    assert tells in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        (("base", "pty:"), "requests"),
+        (("core", "pty:"), "requests"),
+        (("core", "pty:", "--from", "bench/demo/demo.toml"), "requests"),
+        (("receiver", "pty:", "--protocol", "crsf"), "bytes_to_nobody"),
+        (("receiver", "pty:", "--profile", "dr16", "--from", "bench/demo/demo.toml"), "channels"),
+        (("receiver", "pty:", "--protocol", "uart12", "--from", "docs/examples/link_loss.toml", "--repeat"), "frames"),
+        (("receiver", "pty:", "--protocol", "ibus", "--from", "bench/demo/drive.bin"), "frames"),
+        (("escs", "can:virtual:nobody", "--robot", "dm3519"), "feedback"),
+        (("slcan", "--bus", "can:virtual:nobody"), "adapter_commands"),
+    ],
+)
+def test_emulate_tells_programs_too(call, arguments, key):
+    status, out, err = call("emulate", *arguments, "--seconds", "0.05", "--json")
+    assert (status, err) == (0, "")
+    listening, *_, stopped = map(json.loads, out.splitlines())
+    assert listening["event"] == "listening"
+    assert listening["where"]
+    assert stopped["event"] == "stopped"
+    assert key in stopped
