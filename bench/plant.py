@@ -262,6 +262,14 @@ class Plant:
         return [Obstacle(x, y, x, y, radius) for x, y, radius in places]
 
     @property
+    def is_free(self) -> bool:
+        """Whether the engine has no contact alive and no disc moves: it then remembers where its bodies are, and no more."""
+        alive: list[pymunk.Arbiter] = []
+        for body in (self._body, *(body for body, _ in self._discs)):
+            body.each_arbiter(alive.append)
+        return not alive and not any(any(body.velocity) or body.angular_velocity for body, _ in self._discs)
+
+    @property
     def wheel_loads_n(self) -> list[float]:
         """Weight on each wheel, load transfer of the last step's acceleration included."""
         ax, ay = self._acceleration

@@ -87,21 +87,34 @@ class Injector:
         known = names(robot, state_columns)
         wanted = {name for fault in faults if fault.when for name in signals_in(fault.when, known)}
         self._signals = Signals(robot, state_columns, wanted) if wanted else None
-        self.faults = tuple(faults)
+        self.faults: list[Fault] = []
         self.touches: list[Touch] = []
-        self._touched = dict.fromkeys(range(len(self.faults)), 0)
+        self._robot, self._seed = robot, seed
+        self._touched: dict[int, int] = {}
         self._phases: list[Phase] = []
         self._wires: dict[str, list[tuple[int, Machine]]] = {}
-        for index, fault in enumerate(self.faults):
-            if fault.esc is not None and fault.esc > len(robot.wheels):
-                raise ValueError(f"{fault.name}: esc: {robot.name} has {len(robot.wheels)} wheels, got {fault.esc}")
-            if fault.wire == "rc" and robot.rc is None:
-                raise ValueError(f"{fault.name}: wire: {robot.name} takes no RC")
-            self._phases.append(Phase(fault, condition(fault.when, known).margin if fault.when else None))
-            if fault.wire not in wires:
-                continue
-            chance = random.Random(f"{seed} {index} {fault.name}")
-            self._wires.setdefault(fault.wire, []).append((index, _machine(fault, robot, chance)))
+        for fault in faults:
+            self._take(fault, condition(fault.when, known).margin if fault.when else None, fault.wire in wires)
+
+    def inject(self, fault: Fault) -> None:
+        """One more fault, from its time on, whatever its wire. Raises ValueError as at the start."""
+        if fault.when:
+            raise ValueError(f"{fault.name}: when: a fault that joins a run begins at a time")
+        self._take(fault, None, True)
+
+    def _take(self, fault: Fault, margin: Margin | None, acts: bool) -> None:
+        robot, index = self._robot, len(self.faults)
+        if fault.esc is not None and fault.esc > len(robot.wheels):
+            raise ValueError(f"{fault.name}: esc: {robot.name} has {len(robot.wheels)} wheels, got {fault.esc}")
+        if fault.wire == "rc" and robot.rc is None:
+            raise ValueError(f"{fault.name}: wire: {robot.name} takes no RC")
+        chance = random.Random(f"{self._seed} {index} {fault.name}")
+        machine = _machine(fault, robot, chance) if acts else None
+        self.faults.append(fault)
+        self._touched[index] = 0
+        self._phases.append(Phase(fault, margin))
+        if machine is not None:
+            self._wires.setdefault(fault.wire, []).append((index, machine))
 
     def observe(self, out: TickOutput) -> None:
         """Follow the run, for the faults that wait for a condition."""
@@ -159,17 +172,18 @@ class FaultyWorld(World):
         if isinstance(motors, SimulatedMotors):
             motors = _FaultyMotors(world.robot, motors, injector)
         super().__init__(world.robot, core=world.core, motors=motors)
-        self._injector = injector
+        self.take_over(world)
+        self.injector = injector
 
     def speak(self, tick: int, given: TickInput) -> tuple[bytes, bytes, Frames]:
         """As `World.speak`, over failing wires."""
         rc, core, feedback = super().speak(tick, given)
-        through = self._injector.through
+        through = self.injector.through
         return through("rc", tick, rc), through("core", tick, core), feedback
 
     def hear(self, tick: int, can_out: Sequence[CanFrame], slamware_out: bytes) -> Frames:
         """As `World.hear`, over failing wires. The feedback that it gives is what reaches the base."""
-        through = self._injector.through
+        through = self.injector.through
         commands = through("command", tick, tuple(can_out))
         feedback = super().hear(tick, commands, through("answer", tick, slamware_out))
         self._feedback = feedback = through("feedback", tick, feedback)
@@ -228,61 +242,91 @@ class _FaultyMotors(SimulatedMotors):
 
 
 def _machine(fault: Fault, robot: Robot, chance: random.Random) -> Machine:
-    """What a fault does to a wire: (tick, piece, active) -> piece."""
+    """What a fault does to a wire: (tick, piece, active) -> piece. Objects and no closures: an instant can be kept."""
     if fault.wire in ("esc", "plant"):
-        return lambda _tick, piece, _active: piece
+        return _untouched
     if fault.wire in ("command", "feedback"):
         return _bus_machine(fault, robot, chance)
     if fault.kind in ("flag", "lost_flag", "freeze", "zeros"):
         assert robot.rc is not None
         return _Frames(fault.kind, robot.rc.protocol)
-    empty = b""
-    held = _holder(fault, empty)
-    if held is not None:
-        return held
-    change: Callable[[bytes], bytes] = {
-        "drop": lambda piece: b"" if piece and chance.random() < fault.probability else piece,
-        "duplicate": lambda piece: piece + piece,
-        "corrupt": lambda piece: _corrupted(piece, fault.probability, chance),
-        "lose_byte": lambda piece: bytes(byte for byte in piece if chance.random() >= fault.probability),
-        "truncate": lambda piece: piece[: fault.keep],
-        "garbage": lambda piece: chance.randbytes(len(piece) or 1),
-    }[fault.kind]
-    return lambda _tick, piece, active: change(piece) if active else piece
+    return _holder(fault, b"") or _Serial(fault, chance)
 
 
 def _bus_machine(fault: Fault, robot: Robot, chance: random.Random) -> Machine:
-    ids = None
-    if fault.esc is not None:
-        number = robot.wheels[fault.esc - 1].can_id
-        messages = family(robot)
-        ids = {messages.feedback[number - 1].can_id, messages.commands[(number - 1) // 4].can_id}
+    machine: Machine = _holder(fault, ()) or (_Stuck() if fault.kind == "stuck" else _Bus(fault, chance))
+    if fault.esc is None:
+        return machine
+    number = robot.wheels[fault.esc - 1].can_id
+    messages = family(robot)
+    return _Only({messages.feedback[number - 1].can_id, messages.commands[(number - 1) // 4].can_id}, machine)
 
-    def only(machine: Machine) -> Machine:
-        """The frames of one ESC through the machine; the others as they are, before them."""
-        if ids is None:
-            return machine
 
-        def act(tick: int, frames: Frames, active: bool) -> Frames:
-            chosen = tuple(frame for frame in frames if frame[0] in ids)
-            left: Frames = machine(tick, chosen, active)
-            return frames if left == chosen else tuple(frame for frame in frames if frame[0] not in ids) + left
+def _untouched(_tick: int, piece: Any, _active: bool) -> Any:
+    return piece
 
-        return act
 
-    held = _holder(fault, ())
-    if held is not None:
-        return only(held)
-    if fault.kind == "stuck":
-        return only(_Stuck())
-    change: Callable[[Frames], Frames] = {
-        "drop": lambda frames: tuple(frame for frame in frames if chance.random() >= fault.probability),
-        "duplicate": lambda frames: frames + frames,
-        "reorder": lambda frames: frames[::-1],
-        "corrupt": lambda frames: tuple((i, _corrupted(data, fault.probability, chance)) for i, data in frames),
-        "truncate": lambda frames: tuple((i, data[: fault.keep]) for i, data in frames),
-    }[fault.kind]
-    return only(lambda _tick, frames, active: change(frames) if active else frames)
+class _Only:
+    """The frames of one ESC through a machine; the others as they are, before them."""
+
+    def __init__(self, ids: set[int], machine: Machine) -> None:
+        self._ids, self._machine = ids, machine
+
+    def __call__(self, tick: int, frames: Frames, active: bool) -> Frames:
+        ids = self._ids
+        chosen = tuple(frame for frame in frames if frame[0] in ids)
+        left: Frames = self._machine(tick, chosen, active)
+        return frames if left == chosen else tuple(frame for frame in frames if frame[0] not in ids) + left
+
+
+class _Serial:
+    """Bytes that are changed within their tick."""
+
+    def __init__(self, fault: Fault, chance: random.Random) -> None:
+        self._fault, self._chance = fault, chance
+
+    def __call__(self, tick: int, piece: bytes, active: bool) -> bytes:
+        if not active:
+            return piece
+        fault, chance = self._fault, self._chance
+        match fault.kind:
+            case "drop":
+                return b"" if piece and chance.random() < fault.probability else piece
+            case "duplicate":
+                return piece + piece
+            case "corrupt":
+                return _corrupted(piece, fault.probability, chance)
+            case "lose_byte":
+                return bytes(byte for byte in piece if chance.random() >= fault.probability)
+            case "truncate":
+                return piece[: fault.keep]
+            case "garbage":
+                return chance.randbytes(len(piece) or 1)
+        raise ValueError(f"{fault.kind} is no fault of a serial wire")
+
+
+class _Bus:
+    """Frames that are changed within their tick."""
+
+    def __init__(self, fault: Fault, chance: random.Random) -> None:
+        self._fault, self._chance = fault, chance
+
+    def __call__(self, tick: int, frames: Frames, active: bool) -> Frames:
+        if not active:
+            return frames
+        fault, chance = self._fault, self._chance
+        match fault.kind:
+            case "drop":
+                return tuple(frame for frame in frames if chance.random() >= fault.probability)
+            case "duplicate":
+                return frames + frames
+            case "reorder":
+                return frames[::-1]
+            case "corrupt":
+                return tuple((i, _corrupted(data, fault.probability, chance)) for i, data in frames)
+            case "truncate":
+                return tuple((i, data[: fault.keep]) for i, data in frames)
+        raise ValueError(f"{fault.kind} is no fault of the bus")
 
 
 def _holder(fault: Fault, empty: bytes | Frames) -> Machine | None:

@@ -2,27 +2,26 @@
 
 What a screen needs of a link: `advance` from its timer, `latest` and `wires` to draw, `pause`, `run`, `close`. A bench
 on real ports will live in a process of its own behind the same names; the screen shall not see the difference.
+
+A link that has a history can look back: `see` shows another instant of the run, `fork` goes on from it.
 """
 
 from __future__ import annotations
 
 import traceback
-from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from bench.check.faults import Fault
+from bench.check.faulty import FaultyWorld, Touch
 from bench.errors import EXIT_FAILED, BenchError
 from bench.io.clock import Pacer
+from bench.io.follower import Follower, Wires
+from bench.io.history import History, LostInstant, Mark, Subject, inject, mark_of
 from bench.loop import Bench
-from bench.messages import CanFrame, Snapshot, TickInput, TickOutput
-from bench.slamware import FrameDecoder, SlamwareEvent
+from bench.messages import Snapshot, TickInput, TickOutput
 
-TRAIL_PERIOD_TICKS = 50
-TRAIL_STEP_M = 0.005
-TRAIL_POINTS = 1200
-RC_TAIL = 256
-"""Bytes of the RC stream that are kept: more than the longest frame and what may follow it."""
+__all__ = ["BenchStopped", "InlineLink", "LostInstant", "Taker", "Wires"]
 
 
 class BenchStopped(BenchError):
@@ -44,22 +43,11 @@ class _Closing(Protocol):
     def close(self) -> None: ...
 
 
-@dataclass(frozen=True, slots=True)
-class Wires:
-    """The last thing that crossed each wire, with its tick; None where nothing has yet."""
-
-    rc: tuple[int, bytes] | None = None
-    can_commands: tuple[int, tuple[CanFrame, ...]] | None = None
-    can_feedback: tuple[int, tuple[CanFrame, ...]] | None = None
-    core_to_base: tuple[int, SlamwareEvent] | None = None
-    base_to_core: tuple[int, SlamwareEvent] | None = None
-
-
 class InlineLink:
     """A bench in the caller's own process: `advance` runs what the pacer grants, never more than its burst.
 
     `inputs` gives what enters each tick, in order, each once. `ticks` ends the run (None: endless). Every output goes
-    to the takers in their order. `trail` holds (x_m, y_m) of where the robot has been.
+    to the takers in their order. `remembers` keeps the run so far, with `shared` as in `History`.
     """
 
     def __init__(
@@ -70,38 +58,43 @@ class InlineLink:
         *,
         takers: Sequence[Taker] = (),
         ticks: int | None = None,
+        remembers: bool = False,
+        shared: Sequence[object] = (),
     ) -> None:
         self.bench = bench
         self.pacer = pacer
         self.ticks = ticks
         self.paused = False
-        self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
-        self._inputs = inputs
-        self._takers = tuple(takers)
+        self.inputs = inputs
+        self.takers: list[Taker] = list(takers)
         self._closed = False
         self._snapshot = bench.snapshot()
-        self._x = bench.state_columns.index("x_m")
-        self._rc_tick = 0
-        self._rc_total = 0
-        self._rc_tail = bytearray()
-        self._last: TickOutput | None = None
-        self._requests, self._answers = FrameDecoder(), FrameDecoder()
-        self._request: tuple[int, SlamwareEvent] | None = None
-        self._answer: tuple[int, SlamwareEvent] | None = None
-        self._feedback: tuple[int, tuple[CanFrame, ...]] | None = None
+        self._seen = Follower(bench.state_columns)
+        self.history = History(Subject(bench, self._seen), shared) if remembers else None
+        self._newest: Subject | None = None  # where the run is while another instant is shown
 
     @property
     def now_tick(self) -> int:
-        """How many ticks have run."""
+        """How many ticks have run before the instant that is shown."""
         return self.bench.now_tick
+
+    @property
+    def newest_tick(self) -> int:
+        """How many ticks have run."""
+        return (self._newest or self).bench.now_tick
+
+    @property
+    def looks_back(self) -> bool:
+        """Whether an earlier instant is shown than the newest."""
+        return self._newest is not None
 
     @property
     def ended(self) -> bool:
         """Whether the run has come to its last tick."""
-        return self.ticks is not None and self.bench.now_tick >= self.ticks
+        return self.ticks is not None and self.newest_tick >= self.ticks
 
     def latest(self) -> Snapshot:
-        """The bench as it is after the last tick."""
+        """The bench as it is after the last tick that is shown."""
         if self._snapshot.tick != self.bench.now_tick:
             self._snapshot = self.bench.snapshot()
         return self._snapshot
@@ -109,21 +102,18 @@ class InlineLink:
     @property
     def wires(self) -> Wires:
         """The last frames, as they are after the last tick."""
-        last = self._last
-        commands = (last.tick, last.can_commands) if last is not None else None
-        return Wires(self._last_rc(), commands, self._feedback, self._request, self._answer)
+        return self._seen.wires(self.latest().rc_frame)
 
-    def _last_rc(self) -> tuple[int, bytes] | None:
-        """The bytes of the last good frame; while there is none, what came last."""
-        frame, tail = self.latest().rc_frame, self._rc_tail
-        if frame is not None:
-            start = frame.offset - (self._rc_total - len(tail))
-            tail = tail[start : start + frame.length] if start >= 0 else tail
-        return (self._rc_tick, bytes(tail[-RC_TAIL:])) if self._rc_total else None
+    @property
+    def trail(self) -> Sequence[tuple[float, float]]:
+        """(x_m, y_m) of where the robot has been."""
+        return self._seen.trail
 
     def pause(self, paused: bool) -> None:
-        """Stand still, or go on as if no time had passed."""
+        """Stand still, or go on as if no time had passed, at the newest instant."""
         self.paused = paused
+        if not paused:
+            self.see(self.newest_tick)
         self.pacer.restart()
 
     def advance(self) -> int:
@@ -134,6 +124,7 @@ class InlineLink:
 
     def run(self, ticks: int) -> int:
         """Run so many ticks, due or not, but none after the end; how many that was. Raises like `advance`."""
+        self.see(self.newest_tick)
         if self.ticks is not None:
             ticks = min(ticks, self.ticks - self.bench.now_tick)
         try:
@@ -149,36 +140,84 @@ class InlineLink:
             raise BenchStopped(f"stopped at tick {tick}: {type(error).__name__} in {place}: {error}") from error
         return ticks
 
+    def see(self, tick: int) -> None:
+        """Show the bench as it was before this tick ran; the nearest there is. The run itself stays where it is.
+
+        Raises LostInstant, a sentence, where the link does not remember that, and then shows what it did.
+        """
+        newest = self._newest or Subject(self.bench, self._seen)
+        tick = max(0, min(tick, newest.bench.now_tick))
+        if tick == newest.bench.now_tick:
+            self._show(newest)
+            self._newest = None
+        elif self.history is None:
+            raise LostInstant("this run cannot be taken back")
+        elif self._newest is not None and self.history.reaches(self.bench, tick):
+            self.history.go_on(Subject(self.bench, self._seen), tick)
+        else:
+            shown = self.history.at(tick, newest.bench.now_tick, mark_of(newest.bench))
+            self._newest = newest
+            self._show(shown)
+
+    def fork(self, inputs: Callable[[int], TickInput]) -> None:
+        """Make the instant that is shown the newest: what came after it is forgotten, and `inputs` goes on from here.
+
+        The link stands still then. Whoever took the ticks has heard of a run that is no more: give it new takers.
+        """
+        if self.history is not None:
+            self.history.cut(self.bench.now_tick)
+        self._newest = None
+        self.ticks = None
+        self.inputs = inputs
+        self.pause(True)
+
+    def adopt(self, subject: Subject) -> None:
+        """Go on with another bench, which has run through the same ticks."""
+        if subject.bench.now_tick != self.newest_tick:
+            raise ValueError(f"a bench at tick {subject.bench.now_tick} cannot go on from tick {self.newest_tick}")
+        if self._newest is None:
+            self._show(subject)
+        else:
+            self._newest = subject
+
+    def inject(self, fault: Fault) -> None:
+        """Let a fault join the run, from its time on. Raises ValueError for a wheel or wire that is not there."""
+        self.see(self.newest_tick)
+        inject(self.bench, fault)
+        if self.history is not None:
+            self.history.inject(self.bench.now_tick, fault)
+
+    def take_touches(self) -> list[Touch]:
+        """What faults have touched since the last call."""
+        world = (self._newest or self).bench.world
+        return world.injector.take_touches() if isinstance(world, FaultyWorld) else []
+
+    def mark(self) -> Mark:
+        """What the newest instant is like, to the last bit."""
+        return mark_of((self._newest or self).bench)
+
     def close(self) -> None:
         """End the recording, and whatever else was told every tick. A second call does nothing."""
         if not self._closed:
             self._closed = True
-            for taker in self._takers:
+            for taker in self.takers:
                 if isinstance(taker, _Closing):
                     taker.close()
 
-    def _run_one(self) -> None:
-        bench = self.bench
-        out = self._last = bench.tick(self._inputs(bench.now_tick))
-        for taker in self._takers:
-            taker.add(out)
-        tick = out.tick
-        if out.rc:
-            self._rc_tick = tick
-            self._rc_total += len(out.rc)
-            self._rc_tail += out.rc
-            if len(self._rc_tail) > 4 * RC_TAIL:
-                del self._rc_tail[:-RC_TAIL]
-        if out.can_feedback:
-            self._feedback = (tick, out.can_feedback)
-        if out.core_to_base and (events := self._requests.feed(out.core_to_base, tick)):
-            self._request = (tick, events[-1])
-        if out.base_to_core and (events := self._answers.feed(out.base_to_core, tick)):
-            self._answer = (tick, events[-1])
-        if tick % TRAIL_PERIOD_TICKS == 0 and out.state is not None:
-            self._follow(float(out.state[self._x]), float(out.state[self._x + 1]))
+    def _show(self, subject: Subject) -> None:
+        self.bench, self._seen = subject
+        self._snapshot = self.bench.snapshot()
 
-    def _follow(self, x_m: float, y_m: float) -> None:
-        trail = self.trail
-        if not trail or abs(x_m - trail[-1][0]) + abs(y_m - trail[-1][1]) > TRAIL_STEP_M:
-            trail.append((x_m, y_m))
+    def _run_one(self) -> None:
+        bench, history = self.bench, self.history
+        given = self.inputs(bench.now_tick)
+        if history is not None:
+            history.note(bench.now_tick, given)
+        out = bench.tick(given)
+        for taker in self.takers:
+            taker.add(out)
+        self._seen.add(out)
+        if isinstance(bench.world, FaultyWorld):
+            bench.world.injector.observe(out)
+        if history is not None and bench.now_tick >= history.due_tick:
+            history.keep(Subject(bench, self._seen))

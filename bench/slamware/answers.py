@@ -80,18 +80,19 @@ class Answers:
         self._has_reported_motion = False
         self._identity = identity_answer(facts.identity, facts.dialect.identity_bytes)
         self._configuration = configuration_answer(facts.configuration)
+        # Methods and no lambdas: an instant of a run is kept by pickling it (`io.still`).
         self._handlers: dict[int, Callable[[bytes], bytes]] = {
             bus.CONNECT_BASE: self._connect,
-            bus.GET_BASE_CONF: lambda fields: self._configuration,
-            bus.GET_BINARY_CONF: lambda fields: self.facts.binary_configuration,
-            bus.GET_BASE_STATUS: lambda fields: power_answer(self.senses.power()),
+            bus.GET_BASE_CONF: self._base_configuration,
+            bus.GET_BINARY_CONF: self._binary_configuration,
+            bus.GET_BASE_STATUS: self._power,
             bus.GET_BASE_MOTOR_DATA: self._motor_data,
-            bus.GET_BASE_SENSOR_DATA: lambda fields: ranges_answer(self.senses.ranges_m()[:RANGE_SLOTS]),
+            bus.GET_BASE_SENSOR_DATA: self._ranges,
             bus.GET_BASE_BUMPER_DATA: self._contacts,
             bus.GET_AUTO_HOME_DATA: self._beacons,
             bus.SET_BASE_MOTOR: self._set_wheels,
             bus.SET_V_AND_GET_DEADRECKON: self._set_velocity,
-            bus.POLL_BASE_CMD: lambda fields: base_request_answer(self.asking),
+            bus.POLL_BASE_CMD: self._base_request,
             bus.POLL_BASE_ANS_CMD: self._request_taken,
             bus.SEND_EVENT: self._event,
             bus.HEALTH_MGMT: self._manage_health,
@@ -123,6 +124,21 @@ class Answers:
             raise Refused(bus.NOT_SUPPORTED)
         self.connected = True
         return self._identity
+
+    def _base_configuration(self, fields: bytes) -> bytes:
+        return self._configuration
+
+    def _binary_configuration(self, fields: bytes) -> bytes:
+        return self.facts.binary_configuration
+
+    def _power(self, fields: bytes) -> bytes:
+        return power_answer(self.senses.power())
+
+    def _ranges(self, fields: bytes) -> bytes:
+        return ranges_answer(self.senses.ranges_m()[:RANGE_SLOTS])
+
+    def _base_request(self, fields: bytes) -> bytes:
+        return base_request_answer(self.asking)
 
     def _motor_data(self, fields: bytes) -> bytes:
         motion = self.motion
