@@ -263,7 +263,7 @@ class Plant:
 
     @property
     def is_free(self) -> bool:
-        """Whether the engine has no contact alive and no disc moves: it then remembers where its bodies are, and no more."""
+        """Whether the engine has no contact alive and no disc moves: it remembers no more than its bodies then."""
         alive: list[pymunk.Arbiter] = []
         for body in (self._body, *(body for body, _ in self._discs)):
             body.each_arbiter(alive.append)
