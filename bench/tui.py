@@ -104,6 +104,7 @@ class Dashboard(App[None], inherit_bindings=False):
     def _draw(self) -> None:
         if not self._panels:
             return
+        self.session.sight.size = self.size
         scene = self.session.scene()
         where = places(scene, *self.size)
         for name, panel in self._panels.items():

@@ -1,13 +1,18 @@
 """A person at a desk, without the desk: a pacer that grants ticks when told, a session on a bench, a fixed scene."""
 
 import asyncio
+import math
 from dataclasses import replace
 
+from bench.check.expectations import Standing
 from bench.check.recording import RunInfo
 from bench.check.run import Run
 from bench.config import load_robot
 from bench.io.clock import FreePacer
 from bench.io.link import InlineLink, Wires
+from bench.io.scope import ScopePicture, ScopeSettings, Trace
+from bench.io.tap import Seen
+from bench.io.wiretap import Logged, WireRow, WireSum, WireTable
 from bench.loop import simulated
 from bench.messages import BodyTwist, Pose, RcFrame, Snapshot
 from bench.screen.keyboard import Keyboard
@@ -96,10 +101,56 @@ WIRES = Wires(
     core_to_base=(12_300, FrameDecoder().feed(bytes.fromhex("100ef841cd4c0000000000000000000026"))[0]),
     base_to_core=(12_300, FrameDecoder().feed(bytes.fromhex("500e0002000000000000000000000000005c"))[0]),
 )
+_SAID = "angle 1234 cnt   speed  -5648 rpm   current   -600 mA"
+TABLE = WireTable(
+    12_345,
+    (
+        WireSum("rc", "uart12 115200 8E2", 1235, 100.0, 0.125, 7),
+        WireSum("can", "1 Mbit/s", 49_384, 4000.0, 0.4807, 0),
+        WireSum("core", "115200 8N1", 496, 40.0, 0.0608, 0),
+    ),
+    (
+        WireRow("rc", "channels", "uart12", 1235, 100.0, 0.125, 12_341, WIRES.rc[1], "2176 2048 1024 2048 0 1"),
+        WireRow(
+            "can",
+            "200",
+            "motors 1 to 4",
+            12_346,
+            1000.0,
+            0.1215,
+            12_345,
+            bytes.fromhex("FDA80078FEC90000"),
+            "1   -600 mA   2   +120 mA   3   -311 mA   4     +0 mA",
+        ),
+        WireRow("can", "201", "front right", 12_346, 1000.0, 0.12, 12_345, bytes.fromhex("04D2E9F0FDA80000"), _SAID),
+        WireRow("core", "< 41", "SET_V_AND_GET_DEADRECKON", 247, 20.0, 0.03, 12_300, bytes(13), "OK dx +0.00 mm"),
+        WireRow("core", "> 41", "SET_V_AND_GET_DEADRECKON", 247, 20.0, 0.03, 12_300, bytes(13), "0x41 vx +0.300"),
+    ),
+    tuple(Logged(12_330 + i, "can", "201", bytes.fromhex("04D2E9F0FDA80000"), _SAID) for i in range(16)),
+)
+_SWING = tuple(18.0 * math.sin(column / 20) for column in range(160))
+PICTURE = ScopePicture(
+    ScopeSettings(("wheel1_wanted_radps", "wheel1_radps"), 500, "auto", "rising", 5.0),
+    "triggered",
+    11_800,
+    11_900,
+    (
+        Trace("wheel1_wanted_radps", _SWING, _SWING, 18.5),
+        Trace("wheel1_radps", tuple(value - 1.0 for value in _SWING), tuple(value + 1.0 for value in _SWING), 17.4),
+    ),
+)
+LAMPS = (
+    Standing("never faster than 1 m/s", "holds", 0.412, 9_876),
+    Standing("a lost link stops it", "untested", math.inf, None),
+    Standing("it arrives", "not yet", -0.75, 12_000),
+    Standing("arms within a second", "passed", math.inf, None),
+    Standing("currents stay below 0.5 A", "failed", -0.1, 4_321),
+)
 SCENE = Scene(
     robot=M2006,
     snapshot=SNAPSHOT,
     wires=WIRES,
+    seen=Seen(TABLE, PICTURE),
     trail=[(x / 20, -x / 50) for x in range(26)],
     pace=Pace(rate=1.0, speed=1.0, late_ticks=52, slipped_ticks=0),
     hands=Hands(50, True, False),

@@ -6,9 +6,9 @@ After a deliberate change: `pytest tests/test_screens.py --update-pinned`, then 
 from pathlib import Path
 
 import pytest
-from desk import LOST_LINK, scene
+from desk import LAMPS, LOST_LINK, scene
 
-from bench.screen.scene import Hands, Replay
+from bench.screen.scene import Hands, Menu, Replay, Shown
 from bench.screen.view import picture
 
 FOLDER = Path(__file__).parents[1] / "fixtures" / "pinned" / "screens"
@@ -26,6 +26,15 @@ SCREENS = {
     "replay": scene(hands=None, replay=Replay("demo", 20_000, VERDICT)),
     "ended": scene(hands=None, replay=Replay("demo", 12_346, VERDICT, SUMMARY)),
     "keys": scene(help=True),
+    "wires": scene(shown=Shown("wires")),
+    "wires-filtered": scene(shown=Shown("wires", "20", False, Menu("filter", "20"))),
+    "wires-held": scene(shown=Shown("wires", "", True)),
+    "scope": scene(shown=Shown("scope")),
+    "scope-signals": scene(
+        shown=Shown("scope", menu=Menu("signal", "wheel1", ("wheel1_radps", "wheel1_current_a"), 1))
+    ),
+    "scope-trigger": scene(shown=Shown("scope", menu=Menu("trigger", "", ("auto", "rising", "5", "500 ms"), 2))),
+    "checks": scene(shown=Shown("checks"), hands=None, lamps=LAMPS, replay=Replay("stops", 20_000, "identical so far")),
 }
 
 

@@ -201,7 +201,7 @@ def test_a_replay_shows_where_it_is_and_that_it_is_identical(recorded, recorded_
     text = words(session)
     assert "✓ identical" in text
     assert "so far" not in text
-    assert " ENDED " in text
+    assert " ENDED" in text
     assert "golden    identical" in text
     assert "drove     " in text
     session.key("p")

@@ -4,18 +4,24 @@ import math
 from dataclasses import replace
 
 import pytest
-from desk import LOST_LINK, M2006, SCENE, WIRES, scene
+from desk import LAMPS, LOST_LINK, M2006, SCENE, WIRES, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.messages import BodyTwist, Pose, RcFrame
 from bench.screen import text
 from bench.screen.canvas import Canvas
-from bench.screen.layout import ENDED, HELP, LIVE, arrange
+from bench.screen.layout import DRIVE, ENDED, HELP, LIVE, PAGES, arrange
 from bench.screen.panel import STYLES
-from bench.screen.scene import Pace, Replay
+from bench.screen.scene import Menu, Pace, Replay, Shown
 from bench.screen.view import PANELS, draw, picture, places
 from bench.screen.wires import wires
+
+MENUS = (
+    Menu("filter", "can"),
+    Menu("signal", "wheel", tuple(f"wheel{number}_radps" for number in range(1, 12)), 9, 1),
+    Menu("trigger", "", ("auto", "rising", "0.5", "200 ms"), 2),
+)
 
 
 def screen(what, width=80, height=24):
@@ -32,11 +38,11 @@ def test_a_terminal_that_is_too_small_gets_a_sentence(width, height):
 
 @given(
     st.integers(1, 250), st.integers(1, 80), st.integers(3, 8), st.floats(0.3, 4.0), st.booleans(),
-    st.sampled_from([LIVE, HELP, ENDED]),
+    st.sampled_from([LIVE, HELP, ENDED]), st.sampled_from(PAGES),
 )  # fmt: skip
-@settings(max_examples=150)
-def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect, replay, page):
-    found = arrange(width, height, wheels=count, aspect=aspect, replay=replay, page=page)
+@settings(max_examples=200)
+def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect, replay, state, page):
+    found = arrange(width, height, wheels=count, aspect=aspect, replay=replay, state=state, page=page)
     cells = set()
     for name, place in found.items():
         assert place.width > 0, name
@@ -47,13 +53,18 @@ def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect,
     assert all(0 <= x < width and 0 <= y < height for x, y in cells)
     if width >= 60 and height >= 16:
         assert {"title", "footer"} <= found.keys()
-        assert page != LIVE or {"status", "wheels"} <= found.keys()
+        if state == LIVE:
+            drives = {"status", "wheels"} | ({"wiretable", "scope"} if width >= 170 and height >= 50 else set())
+            assert (drives if page == DRIVE else {"strip"}) <= found.keys()
 
 
-@given(st.integers(1, 200), st.integers(1, 60), st.booleans(), st.booleans())
-@settings(max_examples=40)
-def test_every_size_draws_lines_of_exactly_that_width(width, height, page_of_keys, zoom):
-    shown = scene(help=page_of_keys, zoom=zoom)
+@given(
+    st.integers(1, 220), st.integers(1, 70), st.booleans(), st.booleans(), st.sampled_from(PAGES),
+    st.sampled_from([None, *MENUS]),
+)  # fmt: skip
+@settings(max_examples=80)
+def test_every_size_draws_lines_of_exactly_that_width(width, height, page_of_keys, zoom, page, menu):
+    shown = scene(help=page_of_keys, zoom=zoom, shown=Shown(page, "can", menu is None, menu), lamps=LAMPS)
     for name, place in places(shown, width, height).items():
         lines = draw(name, shown, place.width, place.height)
         assert len(lines) <= place.height
@@ -114,7 +125,7 @@ def test_colour_is_never_all_that_tells():
         ({"core_alive": False}, "silent"),
         ({"core_connected": False}, "not connected"),
         ({"armed": False, "why_disarmed": "AUX1"}, "why    AUX1"),
-        ({"pace": Pace(paused=True)}, " PAUSED "),
+        ({"pace": Pace(paused=True)}, " PAUSED"),
         ({"pace": Pace(1.0, 0.61, 250, 4321)}, "×0.61   late 250 ms, slipped 4321 ms"),
         ({"recording": "my_run"}, "● REC my_run"),
         ({"robot": replace(M2006, rc=None)}, "m2006, no RC"),
@@ -240,7 +251,8 @@ def test_strangers_on_the_bus_are_counted_and_the_newest_is_named(width, height)
 def test_every_role_has_a_style_and_every_panel_a_place():
     assert set(STYLES) == set(text.ROLES)
     everywhere = set()
-    for shown in (SCENE, scene(help=True), scene(hands=None, replay=Replay("x", 1, "", ("end",)))):
-        for size in ((80, 24), (10, 3)):
+    pages = [scene(shown=Shown(page)) for page in PAGES]
+    for shown in (*pages, scene(help=True), scene(hands=None, replay=Replay("x", 1, "", ("end",)))):
+        for size in ((80, 24), (120, 40), (10, 3)):
             everywhere |= places(shown, *size).keys()
     assert everywhere == set(PANELS)

@@ -9,7 +9,7 @@ its delimiter, acknowledge and delimiter (3), the end of frame (7) and the gap b
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 POLYNOMIAL = 0x4599
 UNSTUFFED = 3 + 7 + 3
@@ -22,6 +22,8 @@ def frame_bits(can_id: int, data: bytes = b"", *, extended: bool = False, remote
     `extended` is a 29-bit identifier; `remote_length` makes it a remote frame that asks for so many bytes. Raises
     ValueError for what is no classic frame.
     """
+    if not extended and remote_length is None:
+        return _data_frame_bits(can_id, data)
     raw, count = _raw_bits(can_id, data, extended, remote_length)
     return count + _stuff_count(raw, count) + UNSTUFFED
 
@@ -67,6 +69,30 @@ def worst_bits(length: int, *, extended: bool = False) -> int:
     """What no frame of this many bytes can exceed: the first stuff bit after five, then one after every four."""
     stuffable = _stuffable(length, extended)
     return stuffable + (stuffable - 1) // 4 + UNSTUFFED
+
+
+def _data_frame_bits(can_id: int, data: bytes) -> int:
+    """The usual frame at a fifth of the cost, for a bus that is counted while it runs: byte by byte from its header."""
+    register, state, bits = _header(can_id, len(data))
+    remainders, steps = _checksum_table(), _stuff_steps()
+    for byte in data:
+        register = (register << 8 & 0x7FFF) ^ remainders[register >> 7 ^ byte]
+        state, more = steps[state << 8 | byte]
+        bits += more
+    state, more = steps[state << 8 | register >> 7]
+    return bits + more + _stuff_ends()[state << 7 | register & 0x7F]
+
+
+@lru_cache(maxsize=256)
+def _header(can_id: int, length: int) -> tuple[int, int, int]:
+    """Of a header: checksum, state of the stuffing, and the frame's bits but for the stuffing of data and checksum."""
+    raw, count = _raw_bits(can_id, bytes(length), False, None)
+    head, head_count = raw >> 15 + 8 * length, count - 15 - 8 * length
+    state, stuffed = 0, 0
+    for shift in range(head_count - 1, -1, -1):
+        state, more = _stuffed_once(state, head >> shift & 1)
+        stuffed += more
+    return _checksum(head, head_count), state, count + stuffed + UNSTUFFED
 
 
 def _stuffable(length: int, extended: bool) -> int:
@@ -139,6 +165,20 @@ def _stuffed_once(state: int, bit: int) -> tuple[int, int]:
     if run < 5:
         return run << 1 | bit, 0
     return 1 << 1 | (1 - bit), 1  # the stuff bit is the other one, and the first of its own run
+
+
+@cache
+def _stuff_ends() -> tuple[int, ...]:
+    """For every state and the last seven bits of a checksum: how many bits are stuffed there."""
+    ends = []
+    for state in range(10):
+        for rest in range(128):
+            after, stuffed = state, 0
+            for shift in range(6, -1, -1):
+                after, more = _stuffed_once(after, rest >> shift & 1)
+                stuffed += more
+            ends.append(stuffed)
+    return tuple(ends)
 
 
 @cache

@@ -134,6 +134,21 @@ def _sentence(words: dict[str, str]) -> str:
     return ", ".join(f"{'while' if word == 'whilst' else word} {text}" for word, text in words.items() if text)
 
 
+HOLDS, NOT_YET, UNTESTED = "holds", "not yet", "untested"
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How one expectation stands while the run goes on."""
+
+    name: str
+    state: str
+    """passed or failed, where that is certain; before: holds, not yet (it must still come), untested (no premise)."""
+    margin: float
+    """The least so far, of what must still come the greatest; infinite where no number decides, or nothing has."""
+    at_tick: int | None
+
+
 class Judge:
     """Follows a run and judges it. Raises ValueError for a condition that cannot be read, or names no signal."""
 
@@ -150,6 +165,10 @@ class Judge:
         sample = (out.tick, self._signals.take(out))
         for watch in self._watches:
             watch.push(sample)
+
+    def standings(self) -> list[Standing]:
+        """How they stand after the last tick, in the order of the expectations. Costs next to nothing."""
+        return [watch.standing() for watch in self._watches]
 
     def verdicts(self) -> list[Verdict]:
         """At the end of the run, in the order of the expectations."""
@@ -172,6 +191,22 @@ class _Watch:
         self._monitor.push(sample)
         if self._premise is not None:
             self._premise.push(sample)
+
+    def standing(self) -> Standing:
+        name, monitor, margin = self._expectation.name, self._monitor, self._monitor.so_far
+        premise = self._premise.so_far if self._premise is not None else math.inf
+        if premise is None or premise < 0.0:
+            return Standing(name, UNTESTED, math.inf, None)
+        decided = monitor.margin is not None
+        waits = bool(self._expectation.eventually or (self._expectation.until and not self._expectation.when))
+        if margin is None:
+            state = NOT_YET if waits else HOLDS
+        elif margin < 0.0:
+            state = NOT_YET if waits and not decided else FAILED
+        else:
+            state = PASSED if decided or waits else HOLDS
+        at_tick = monitor.least_tick if margin is not None and math.isfinite(margin) else None
+        return Standing(name, state, math.inf if margin is None else margin, at_tick)
 
     def finish(self) -> Verdict:
         one, margin = self._expectation, self._monitor.finish()

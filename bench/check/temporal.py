@@ -133,6 +133,14 @@ class Monitor:
         self.margin: float | None = None
         self.least_tick = self._outer.first if self._outer else 0
 
+    @property
+    def so_far(self) -> float | None:
+        """The margin if no tick changed it any more; None while no tick has been judged."""
+        if self.margin is not None:
+            return self.margin
+        is_judged = self._outer is not None and self._judged > self._outer.first
+        return self._so_far if is_judged else None
+
     def push(self, sample: Any) -> None:
         """The next tick."""
         if self._at_once is not None:

@@ -6,12 +6,16 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bench.messages import CanFrame, RcFrame, TickOutput
+from bench.config import Robot
+from bench.kinematics import Kinematics
+from bench.messages import CanFrame, RcFrame, StateRow, TickOutput
 from bench.slamware import FrameDecoder, SlamwareEvent
 
 TRAIL_PERIOD_TICKS = 50
 TRAIL_STEP_M = 0.005
 TRAIL_POINTS = 1200
+SLIPS, SLIP_MPS = 200, 0.05
+"""So many places are kept where a wheel slid over the floor. Slower, it only creeps under load."""
 RC_TAIL = 256
 """Bytes of the RC stream that are kept: more than the longest frame and what may follow it."""
 
@@ -28,11 +32,14 @@ class Wires:
 
 
 class Follower:
-    """Takes every tick by `add`. `trail` holds (x_m, y_m) of where the robot has been."""
+    """Takes every tick by `add`. `trail`: (x_m, y_m) of where the robot has been; `slips`: of where a wheel slid."""
 
-    def __init__(self, state_columns: Sequence[str]) -> None:
+    def __init__(self, state_columns: Sequence[str], robot: Robot) -> None:
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
-        self._x = state_columns.index("x_m")
+        self.slips: deque[tuple[float, float]] = deque(maxlen=SLIPS)
+        self._kinematics = Kinematics(robot.wheels)
+        self._x, self._vx = state_columns.index("x_m"), state_columns.index("vx_mps")
+        self._wheels = [state_columns.index(f"wheel{number}_radps") for number in range(1, len(robot.wheels) + 1)]
         self._rc_tick = 0
         self._rc_total = 0
         self._rc_tail = bytearray()
@@ -73,9 +80,18 @@ class Follower:
         if out.base_to_core and (events := self._answers.feed(out.base_to_core, tick)):
             self._answer = (tick, events[-1])
         if tick % TRAIL_PERIOD_TICKS == 0 and out.state is not None:
-            self._follow(float(out.state[self._x]), float(out.state[self._x + 1]))
+            self._follow(out.state)
 
-    def _follow(self, x_m: float, y_m: float) -> None:
+    def _follow(self, state: StateRow) -> None:
         trail = self.trail
+        x_m, y_m = float(state[self._x]), float(state[self._x + 1])
+        if self._slides(state):
+            self.slips.append((x_m, y_m))
         if not trail or abs(x_m - trail[-1][0]) + abs(y_m - trail[-1][1]) > TRAIL_STEP_M:
             trail.append((x_m, y_m))
+
+    def _slides(self, state: StateRow) -> bool:
+        """Whether the floor moves under a wheel, along its roller axis, other than the wheel rolls."""
+        rolled = self._kinematics.wheel_speeds([float(value) for value in state[self._vx : self._vx + 3]])
+        wheels = zip(self._wheels, rolled, self._kinematics.radii, strict=True)
+        return any(abs(radius * (floor - float(state[place]))) > SLIP_MPS for place, floor, radius in wheels)

@@ -18,6 +18,7 @@ from bench.errors import EXIT_FAILED, BenchError
 from bench.io.clock import Pacer
 from bench.io.follower import Follower, Wires
 from bench.io.history import History, LostInstant, Mark, Subject, inject, mark_of
+from bench.io.tap import Look, Seen, Tap
 from bench.loop import Bench
 from bench.messages import Snapshot, TickInput, TickOutput
 
@@ -69,7 +70,9 @@ class InlineLink:
         self.takers: list[Taker] = list(takers)
         self._closed = False
         self._snapshot = bench.snapshot()
-        self._seen = Follower(bench.state_columns)
+        self._seen = Follower(bench.state_columns, bench.robot)
+        self._tap = Tap(bench.robot, bench.state_columns)
+        self._tell_tap = self._tap.add
         self.history = History(Subject(bench, self._seen), shared) if remembers else None
         self._newest: Subject | None = None  # where the run is while another instant is shown
 
@@ -108,6 +111,15 @@ class InlineLink:
     def trail(self) -> Sequence[tuple[float, float]]:
         """(x_m, y_m) of where the robot has been."""
         return self._seen.trail
+
+    @property
+    def slips(self) -> Sequence[tuple[float, float]]:
+        """(x_m, y_m) of where a wheel slid over the floor, the newest last."""
+        return self._seen.slips
+
+    def look(self, wanted: Look) -> Seen:
+        """What was sampled of wires and signals before the instant that is shown."""
+        return self._tap.look(wanted, self.bench.now_tick)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on as if no time had passed, at the newest instant."""
@@ -167,6 +179,7 @@ class InlineLink:
         if self.history is not None:
             self.history.cut(self.bench.now_tick)
         self._newest = None
+        self._tap.cut(self.bench.now_tick)
         self.ticks = None
         self.inputs = inputs
         self.pause(True)
@@ -217,6 +230,7 @@ class InlineLink:
         for taker in self.takers:
             taker.add(out)
         self._seen.add(out)
+        self._tell_tap(out)
         if isinstance(bench.world, FaultyWorld):
             bench.world.injector.observe(out)
         if history is not None and bench.now_tick >= history.due_tick:

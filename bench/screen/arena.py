@@ -5,9 +5,25 @@ from __future__ import annotations
 import math
 
 from bench.arena import Obstacle, Patch
+from bench.config import Robot
+from bench.fittings import Bumper
+from bench.messages import Pose
 from bench.screen.canvas import Canvas
 from bench.screen.scene import Scene
-from bench.screen.text import GHOST, GRID, LABEL, PLAIN, ROBOT, TRAIL, Line, fit
+from bench.screen.text import (
+    BAD_BADGE,
+    GHOST,
+    GRID,
+    LABEL,
+    PLAIN,
+    ROBOT,
+    TRAIL,
+    WARN,
+    Line,
+    fit,
+    width_of,
+)
+from bench.sensors import distance_m, is_pressed
 
 ZOOM_WIDTH_M = 1.0
 GRID_M, ZOOM_GRID_M = 1.0, 0.2
@@ -16,6 +32,10 @@ TRUE_SIZE_FROM_DOTS = 3.0
 PATCH_DOTS = 3.0
 NOSE_DOTS, NOSE_RADII = 6.0, 1.5
 ARROWS = "→↗↑↖←↙↓↘"
+BEAM_DOTS = 4.0
+"""Between two dots of a range sensor's beam."""
+STRIP_DOTS = 2.0
+"""How far a pressed bumper stands out from the body: far enough for its own row of dots."""
 
 
 def arena(scene: Scene, width: int, height: int) -> list[Line]:
@@ -32,12 +52,25 @@ def arena(scene: Scene, width: int, height: int) -> list[Line]:
         centre = (0.0, 0.0)
         caption, grid_m = f" field {length_m:g} × {width_m:g} m ", GRID_M
     _draw(_View(canvas, centre, scale), scene, grid_m)
-    legend = " ↑ robot  + odometry " if width >= 25 else ""
     return [
-        _edge("┌", caption, "┐", width),
+        _edge("┌", [(caption, PLAIN)], "┐", width),
         *([("│", LABEL), *line, ("│", LABEL)] for line in canvas.lines()),
-        _edge("└", legend, "┘", width),
+        _edge("└", _legend(scene), "┘", width),
     ]
+
+
+def pressed(scene: Scene) -> list[Bumper]:
+    """The robot's bumpers that touch something where it stands."""
+    body, pose = scene.robot.body.radius_m, scene.snapshot.pose
+    return [one for one in scene.robot.fittings.bumpers if is_pressed(one, body, pose, scene.arena, scene.discs)]
+
+
+def _legend(scene: Scene) -> Line:
+    """What the signs mean; where a bumper is pressed, that instead."""
+    bumpers = " ".join(one.name for one in pressed(scene))
+    if bumpers:
+        return [(f" BUMPER {bumpers} ", BAD_BADGE)]
+    return [(" ↑ robot  + odometry ", PLAIN), *([("× slipped ", WARN)] if scene.slips else [])]
 
 
 class _View:
@@ -70,6 +103,10 @@ def _draw(view: _View, scene: Scene, grid_m: float) -> None:
         _obstacle(view, obstacle)
     for x_m, y_m in scene.trail:
         canvas.dot(*view.at(x_m, y_m), TRAIL)
+    for x_m, y_m in scene.slips:
+        canvas.sign(*view.at(x_m, y_m), "×", WARN)
+    if scene.zoom:
+        _beams(view, scene)
     canvas.sign(*view.at(snapshot.odometry.x_m, snapshot.odometry.y_m), "+", GHOST)
     _robot(view, scene)
 
@@ -121,6 +158,21 @@ def _obstacle(view: _View, obstacle: Obstacle) -> None:
         canvas.dot(*view.at(x1 - c, y1 - s), LABEL)
 
 
+def _beams(view: _View, scene: Scene) -> None:
+    """What the range sensors see: dots from where each one looks to what it meets."""
+    pose = scene.snapshot.pose
+    cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
+    across_m = (view.canvas.width + view.canvas.height) / view.scale
+    for sensor in scene.robot.fittings.range_sensors:
+        x_m = pose.x_m + cos * sensor.x_m - sin * sensor.y_m
+        y_m = pose.y_m + sin * sensor.x_m + cos * sensor.y_m
+        length_m = min(distance_m(sensor, pose, scene.arena, scene.discs), across_m)
+        looks = pose.heading_rad + sensor.heading_rad
+        step_m = BEAM_DOTS / view.scale
+        for k in range(1, int(length_m / step_m) + 1):
+            view.canvas.dot(*view.at(x_m + k * step_m * math.cos(looks), y_m + k * step_m * math.sin(looks)), GRID)
+
+
 def _robot(view: _View, scene: Scene) -> None:
     pose = scene.snapshot.pose
     canvas = view.canvas
@@ -136,6 +188,8 @@ def _robot(view: _View, scene: Scene) -> None:
         angle = 2 * math.pi * i / points
         canvas.dot(u + radius * math.cos(angle), v + radius * math.sin(angle), ROBOT)
     canvas.line(u, v, u + NOSE_RADII * radius * c, v + NOSE_RADII * radius * s, ROBOT)
+    for bumper in pressed(scene):
+        _bumper(view, bumper, scene.robot, pose)
     for wheel in scene.robot.wheels:
         wx, wy = (wheel.x_m * view.scale, -wheel.y_m * view.scale)
         at_u, at_v = u + c * wx - s * wy, v + s * wx + c * wy
@@ -145,7 +199,17 @@ def _robot(view: _View, scene: Scene) -> None:
         canvas.line(at_u - du, at_v - dv, at_u + du, at_v + dv, ROBOT)
 
 
-def _edge(left: str, caption: str, right: str, width: int) -> Line:
+def _bumper(view: _View, bumper: Bumper, robot: Robot, pose: Pose) -> None:
+    """A pressed one, as an arc outside of the body's ring."""
+    u, v = view.at(pose.x_m, pose.y_m)
+    radius = robot.body.radius_m * view.scale + STRIP_DOTS
+    points = max(6, int(radius * bumper.span_rad))
+    for i in range(points + 1):
+        angle = pose.heading_rad + bumper.bearing_rad + bumper.span_rad * (i / points - 0.5)
+        view.canvas.dot(u + radius * math.cos(angle), v - radius * math.sin(angle), WARN)
+
+
+def _edge(left: str, caption: Line, right: str, width: int) -> Line:
     inner = width - 2
-    text = caption if len(caption) <= inner else ""
-    return fit([(left, LABEL), (text, PLAIN), ("─" * (inner - len(text)) + right, LABEL)], width)
+    words = caption if width_of(caption) <= inner else []
+    return fit([(left, LABEL), *words, ("─" * (inner - width_of(words)) + right, LABEL)], width)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bench.screen.layout import PAGES
 from bench.screen.scene import Hands, Scene
 from bench.screen.text import (
     BAD_BADGE,
@@ -9,6 +10,7 @@ from bench.screen.text import (
     KEY,
     LABEL,
     PLAIN,
+    TAB,
     TITLE,
     WARN,
     WARN_BADGE,
@@ -23,13 +25,40 @@ STOP: Line = [("Space", KEY), (" STOP", WARN)]
 
 
 def title(scene: Scene, width: int, height: int) -> list[Line]:
-    """What runs, and how its time runs."""
-    robot, pace = scene.robot, scene.pace
+    """What runs, which page is open, and how time runs."""
+    robot = scene.robot
     name = f" {robot.name}, {robot.rc.name if robot.rc else 'no RC'}"
     if scene.replay is not None:
         name = f" {scene.replay.title}{name}"
     if scene.recording:
         name += f"  ● REC {scene.recording}"
+    return [_title(scene, name, width)]
+
+
+def _title(scene: Scene, name: str, width: int) -> Line:
+    """Name, pages, time; where there is no room for all, the pages go to their numbers, then the lateness goes."""
+    times, short_times = _times(scene)
+    for tabs in (_tabs(scene, long=True), _tabs(scene, long=False)):
+        for right in (times, short_times):
+            line = [(name, TITLE), ("  ", TITLE), *tabs]
+            if width_of(line) + 2 + width_of(right) <= width:
+                return both_ends(line, right, width, TITLE)
+    return both_ends([(name, TITLE)], short_times, width, TITLE)
+
+
+def _tabs(scene: Scene, *, long: bool) -> Line:
+    """The pages by their keys, the open one marked."""
+    line: Line = []
+    for number, page in enumerate(PAGES, 1):
+        is_open = page == scene.shown.page
+        words = f" {number} {page} " if long else f" {number} "
+        line.append((f"[{words.strip()}]" if is_open else words, TAB if is_open else TITLE))
+    return line
+
+
+def _times(scene: Scene) -> tuple[Line, Line]:
+    """How time runs: with its lateness, and without."""
+    pace = scene.pace
     rate = pace.rate if pace.speed is None else pace.speed
     speed = (f" ×{rate:.2f}".ljust(8), TITLE)
     if pace.paused:
@@ -37,9 +66,9 @@ def title(scene: Scene, width: int, height: int) -> list[Line]:
     elif scene.replay is not None and scene.replay.summary:
         speed = (" ENDED  ", WARN_BADGE)
     time = f"{scene.snapshot.tick / 1000:.3f} s "
-    long: Line = [(time, TITLE), speed, (f" late {pace.late_ticks:3d} ms, slipped {pace.slipped_ticks} ms ", TITLE)]
-    short: Line = [(time, TITLE), speed, (f" slipped {pace.slipped_ticks} ms ", TITLE)]
-    return [both_ends([(name, TITLE)], long if len(name) + 2 + width_of(long) <= width else short, width, TITLE)]
+    late = f" late {pace.late_ticks:3d} ms, slipped {pace.slipped_ticks} ms "
+    slipped = f" slipped {pace.slipped_ticks} ms " if pace.slipped_ticks else " "
+    return [(time, TITLE), speed, (late, TITLE)], [(time, TITLE), speed, (slipped, TITLE)]
 
 
 def progress(scene: Scene, width: int, height: int) -> list[Line]:

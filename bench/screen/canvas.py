@@ -28,6 +28,20 @@ class Canvas:
             self._bits[cell] |= _BITS[y & 3][x & 1]
             self._roles[cell] = role
 
+    def column(self, x: int, first: int, last: int, role: str) -> None:
+        """Dots below each other in one column, `first` to `last`, cell by cell: a trace has thousands."""
+        if not 0 <= x < self.width:
+            return
+        first, last = max(first, 0), min(last, self.height - 1)
+        side = x & 1
+        for row in range(first >> 2, (last >> 2) + 1):
+            bits = 0
+            for y in range(max(first - 4 * row, 0), min(last - 4 * row, 3) + 1):
+                bits |= _BITS[y][side]
+            cell = row * self.columns + (x >> 1)
+            self._bits[cell] |= bits
+            self._roles[cell] = role
+
     def line(self, u0: float, v0: float, u1: float, v1: float, role: str) -> None:
         """A straight line of dots."""
         steps = max(1, round(max(abs(u1 - u0), abs(v1 - v0))))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 
 from bench.screen.layout import SMALLEST
 from bench.screen.scene import Scene
@@ -19,6 +20,21 @@ DRIVE_KEYS = (
     ("T", "transmitter off, on"),
     ("C", "core asks for an arc, or not"),
 )
+SEE_KEYS = (
+    ("Tab 1-4", "drive, wires, scope, checks"),
+    ("H", "hold the page still, let go"),
+    ("/", "wires: filter the frames"),
+    ("V", "scope: choose its signals"),
+    ("N", "scope: trigger and time"),
+)
+SIGNS = (
+    ("↗ or ring", "the robot; its line is its front"),
+    ("+", "where odometry believes it is"),
+    ("×", "here a wheel slid on the floor"),
+    ("outer arc", "a bumper that is pressed"),
+    ("dots", "beams of the range sensors"),
+    ("◆ █", "wanted speed, speed of a wheel"),
+)
 RUN_KEYS = (
     ("P", "pause, go on"),
     ("[ ]", "slower, faster"),
@@ -30,24 +46,37 @@ DRIVE_NOTES = (
     "Sticks at rest for half a second hand over to the core, if it is alive. A lost link disarms: arm again by hand.",
 )
 REPLAY_NOTES = ("This is a replay: what was recorded runs through the bench again, and no key changes it.",)
-_KEY_WIDTH = 10
+_KEY_WIDTH, _MEANING_WIDTH = 10, 30
 
 
 def help_page(scene: Scene, width: int, height: int) -> list[Line]:
     """What the keys do, in two columns where there is room."""
     driving = scene.hands is not None
-    keys = (DRIVE_KEYS if driving else ()) + RUN_KEYS
-    column = 1 + max(len(meaning) for _, meaning in keys)
-    cells: list[Line] = [[(f" {key:{_KEY_WIDTH}}", KEY), (f"{meaning:{column}}", PLAIN)] for key, meaning in keys]
-    if width >= 2 * (1 + _KEY_WIDTH + column):
-        half = (len(cells) + 1) // 2
-        right: list[Line] = [*cells[half:], []]
-        cells = [one + other for one, other in zip(cells[:half], right, strict=False)]
-    lines: list[Line] = [[(" keys", TITLE)], *cells]
+    sections: list[tuple[str, Sequence[tuple[str, str]]]] = [("driving", DRIVE_KEYS)] if driving else []
+    sections += [("the run", RUN_KEYS), ("looking", SEE_KEYS), ("signs", SIGNS)]
+    cells = [cell for name, entries in sections for cell in _section(name, entries)]
+    columns = max(1, min(len(sections), width // (_KEY_WIDTH + _MEANING_WIDTH)))
+    each = -(-len(cells) // columns)
+    lines: list[Line] = []
+    for row in range(each):
+        line: Line = []
+        for column in range(columns):
+            line += cells[column * each + row] if column * each + row < len(cells) else []
+        lines.append(line)
     for note in DRIVE_NOTES if driving else REPLAY_NOTES:
         lines.append([("", PLAIN)])
         lines += [[(" " + part, LABEL)] for part in textwrap.wrap(note, width - 2)]
     return lines
+
+
+def _section(name: str, entries: Sequence[tuple[str, str]]) -> list[Line]:
+    """A heading and a line an entry, all of one width."""
+    width = _KEY_WIDTH + _MEANING_WIDTH
+    head: Line = [(f" {name}".ljust(width), TITLE)]
+    return [
+        head,
+        *([(f" {key:{_KEY_WIDTH}}", KEY), (f"{meaning:{_MEANING_WIDTH - 1}}", PLAIN)] for key, meaning in entries),
+    ]
 
 
 def summary(scene: Scene, width: int, height: int) -> list[Line]:
@@ -61,10 +90,17 @@ def summary(scene: Scene, width: int, height: int) -> list[Line]:
 
 
 def small(scene: Scene, width: int, height: int) -> list[Line]:
-    """For a terminal that is too small to show everything that matters."""
+    """For a terminal that is too small to show everything that matters: as much of this as it has room for."""
     columns, rows = SMALLEST
     state = "armed" if scene.snapshot.armed else "disarmed"
     stop = "Space stops it, " if scene.hands is not None else ""
+    short = "Space stops, " if scene.hands is not None else ""
     size = f"The dashboard needs {columns}x{rows}; this terminal is {width}x{height}."
-    text = f"{size} The robot is {state}; {stop}Esc quits."
-    return [[(part, PLAIN)] for part in textwrap.wrap(text, max(1, width))]
+    sentences = (
+        f"{size} The robot is {state}; {stop}Esc quits.",
+        f"Needs {columns}x{rows}, has {width}x{height}. Robot {state}. {short}Esc quits.",
+        f"Needs {columns}x{rows}. {state.upper()}.",
+    )
+    parts = [textwrap.wrap(sentence, max(1, width)) for sentence in sentences]
+    fitting = next((part for part in parts if len(part) <= height), parts[-1])
+    return [[(part, PLAIN)] for part in fitting]

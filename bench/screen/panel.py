@@ -20,6 +20,7 @@ _COLOURS = {
     text.PLAIN: Style(color=FOREGROUND),
     text.LABEL: Style(color="#7f8b98"),
     text.TITLE: Style(color="#ffffff", bgcolor="#1f4e79", bold=True),
+    text.TAB: Style(color="#000000", bgcolor="#9fd0e8", bold=True),
     text.KEY: Style(color="#6fc3df", bold=True),
     text.GOOD: Style(color="#5fbf77"),
     text.WARN: Style(color="#e5b84b"),
@@ -30,6 +31,8 @@ _COLOURS = {
     text.GHOST: Style(color="#d787d7", bold=True),
     text.TRAIL: Style(color="#4f9fcf"),
     text.GRID: Style(color="#4a5561"),
+    text.TRACE: Style(color="#6fc3df"),
+    text.OTHER_TRACE: Style(color="#e5b84b"),
 }
 """Chosen so that the nearest of sixteen colours means the same."""
 STYLES = {role: Style(bgcolor=BACKGROUND) + style for role, style in _COLOURS.items()}

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from bench.arena import FIELD, Arena, Obstacle
+from bench.check.expectations import Standing
 from bench.config import Robot
 from bench.io.link import Wires
+from bench.io.scope import ScopeSettings
+from bench.io.tap import Seen
 from bench.messages import Snapshot
+from bench.screen.layout import DRIVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +48,29 @@ class Replay:
 
 
 @dataclass(frozen=True, slots=True)
+class Menu:
+    """What is being typed or chosen: a filter, a signal for the scope, its trigger."""
+
+    kind: str
+    text: str = ""
+    choices: tuple[str, ...] = ()
+    row: int = 0
+    trace: int = 0
+    """Which of the scope's traces the chosen signal is for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What the person looks at, and how."""
+
+    page: str = DRIVE
+    filter: str = ""
+    held: bool = False
+    menu: Menu | None = None
+    scope: ScopeSettings | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Scene:
     """One picture. Either `hands` or `replay` is there."""
 
@@ -59,5 +86,12 @@ class Scene:
     replay: Replay | None = None
     recording: str = ""
     notice: str = ""
+    shown: Shown = field(default_factory=Shown)
+    seen: Seen = field(default_factory=Seen)
+    """What was sampled of wires and signals, as far as the page shows it."""
+    lamps: Sequence[Standing] = ()
+    """How the expectations of a scenario stand."""
+    slips: Sequence[tuple[float, float]] = ()
+    """Where the robot's wheels slid over the floor, of late."""
     help: bool = False
     zoom: bool = False

@@ -13,6 +13,7 @@ from bench.io.link import InlineLink
 from bench.screen.keyboard import MOTION, Keyboard
 from bench.screen.lamp import GoldenLamp
 from bench.screen.scene import Hands, Pace, Replay, Scene
+from bench.screen.sight import sight_of
 
 NOTICE_FRAMES = 50
 RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
@@ -46,6 +47,7 @@ class Session:
         self._lamp = lamp
         self._summary = summary
         self._recording = recording
+        self.sight = sight_of(link.bench.robot, link.bench.state_columns)
         self._help = False
         self._zoom = False
         self._notice = ""
@@ -65,6 +67,11 @@ class Session:
     def key(self, key: str) -> None:
         """A press or a repeat: a lower-case letter, a sign, or one of the names space, enter, escape, up, down, ..."""
         if self.over:
+            return
+        if key != "space" and (said := self.sight.key(key)) is not None:
+            if self.sight.typing:
+                self.hands_off()  # letters are text now, and drive nothing
+            self._say(said)
             return
         if key in MOTION or key in SWITCHES:
             self._drive(key)
@@ -123,6 +130,10 @@ class Session:
             snapshot=link.latest(),
             wires=link.wires,
             trail=link.trail,
+            slips=link.slips,
+            shown=self.sight.shown,
+            seen=self.sight.see(link.look(self.sight.look)),
+            lamps=self._job.judge.standings() if self._job is not None and self._job.judge is not None else (),
             pace=Pace(pacer.rate, pacer.speed, pacer.late_ticks, pacer.slipped_ticks, link.paused),
             arena=plant.arena or FIELD,
             discs=plant.discs,

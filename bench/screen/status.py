@@ -140,4 +140,8 @@ def _channel(frame: RcFrame | None, part: Axis | Button) -> str:
 
 
 def _switch(name: str, frame: RcFrame | None, button: Button | None) -> str:
-    return f" {name} ch{button.channel} {_channel(frame, button)}" if button is not None else f" {name} none"
+    if button is None:
+        return f" {name} none"
+    raw = _channel(frame, button)
+    pressed = raw != "-" and (int(raw) <= button.pressed_from if button.reversed else int(raw) >= button.pressed_from)
+    return f" {name} ch{button.channel} {raw} {'ON ' if pressed else 'off'}"

@@ -10,9 +10,13 @@ from typing import TypeAlias
 PLAIN, LABEL, TITLE, KEY = "plain", "label", "title", "key"
 GOOD, WARN = "good", "warn"
 GOOD_BADGE, WARN_BADGE, BAD_BADGE = "good badge", "warn badge", "bad badge"
+TAB = "tab"
+"""The page that is open, in the title."""
 ROBOT, GHOST, TRAIL, GRID = "robot", "ghost", "trail", "grid"
+TRACE, OTHER_TRACE = "trace", "other trace"
 ROLES = (
-    PLAIN, LABEL, TITLE, KEY, GOOD, WARN, GOOD_BADGE, WARN_BADGE, BAD_BADGE, ROBOT, GHOST, TRAIL, GRID,
+    PLAIN, LABEL, TITLE, TAB, KEY, GOOD, WARN, GOOD_BADGE, WARN_BADGE, BAD_BADGE, ROBOT, GHOST, TRAIL, GRID,
+    TRACE, OTHER_TRACE,
 )  # fmt: skip
 
 Span: TypeAlias = tuple[str, str]
@@ -54,6 +58,18 @@ def both_ends(left: Line, right: Line, width: int, fill: str = PLAIN) -> Line:
     if room < 0:
         return fit(right, width, fill)
     return [*fit(left, room, fill), ("  ", fill), *right]
+
+
+def age(milliseconds: int) -> str:
+    """How long ago, in at most seven cells."""
+    if milliseconds < 1000:
+        return f"{milliseconds} ms"
+    return f"{milliseconds / 1000:.1f} s" if milliseconds < 100_000 else f"{milliseconds // 1000} s"
+
+
+def hexed(data: bytes) -> str:
+    """Bytes as people read them."""
+    return data.hex(" ").upper()
 
 
 def signed(value: float, width: int, decimals: int) -> str:

@@ -10,20 +10,29 @@ from collections.abc import Callable
 from bench.screen import layout
 from bench.screen.arena import arena
 from bench.screen.bars import footer, progress, title
+from bench.screen.checks import checks, glance
 from bench.screen.pages import help_page, small, summary
 from bench.screen.scene import Scene
+from bench.screen.scope import scope
 from bench.screen.status import status
+from bench.screen.strip import strip
 from bench.screen.text import Line, fit, plain
 from bench.screen.wheels import wheels
 from bench.screen.wires import wires
+from bench.screen.wiretable import wiretable
 
 PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
     "title": title,
     "progress": progress,
     "arena": arena,
     "status": status,
+    "glance": glance,
     "wheels": wheels,
     "wires": wires,
+    "strip": strip,
+    "wiretable": wiretable,
+    "scope": scope,
+    "checks": checks,
     "footer": footer,
     "help": help_page,
     "summary": summary,
@@ -35,14 +44,15 @@ PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
 def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
     """Which panels this scene needs, and where they stand."""
     replay = scene.replay
-    page = layout.HELP if scene.help else layout.ENDED if replay is not None and replay.summary else layout.LIVE
+    state = layout.HELP if scene.help else layout.ENDED if replay is not None and replay.summary else layout.LIVE
     return layout.arrange(
         width,
         height,
         wheels=len(scene.robot.wheels),
         aspect=scene.arena.length_m / scene.arena.width_m,
         replay=replay is not None,
-        page=page,
+        state=state,
+        page=scene.shown.page,
     )
 
 

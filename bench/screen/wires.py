@@ -11,7 +11,7 @@ from bench.canbus.instruments import GYRO_ID, GYROS, RATE_PER_RADPS, gyro
 from bench.messages import CanFrame
 from bench.motors import family
 from bench.screen.scene import Scene
-from bench.screen.text import LABEL, PLAIN, Line
+from bench.screen.text import LABEL, PLAIN, Line, age, hexed
 from bench.slamware import summary
 
 T = TypeVar("T")
@@ -42,20 +42,14 @@ def wires(scene: Scene, width: int, height: int) -> list[Line]:
 
 
 def _line(name: str, now: int, last: tuple[int, T] | None, words: Callable[[T], str]) -> Line:
-    age, text = (_age(now - last[0]), words(last[1])) if last is not None else ("never", "")
-    return [(f" {name:{NAME_WIDTH}}{age:>{AGE_WIDTH}}  ", LABEL), (text, PLAIN)]
-
-
-def _age(milliseconds: int) -> str:
-    if milliseconds < 1000:
-        return f"{milliseconds} ms"
-    return f"{milliseconds / 1000:.1f} s" if milliseconds < 100_000 else f"{milliseconds // 1000} s"
+    old, text = (age(now - last[0]), words(last[1])) if last is not None else ("never", "")
+    return [(f" {name:{NAME_WIDTH}}{old:>{AGE_WIDTH}}  ", LABEL), (text, PLAIN)]
 
 
 def _rc(scene: Scene, data: bytes, room: int) -> str:
     frame = scene.snapshot.rc_frame
     channels = " ".join(map(str, frame.channels)) if frame else "no frame yet"
-    raw = data.hex(" ").upper()
+    raw = hexed(data)
     return f"{channels}   {raw}" if len(channels) + 3 + len(raw) <= room else channels
 
 
@@ -63,7 +57,7 @@ def _commands(frames: Sequence[CanFrame], ma_per_raw: float) -> str:
     parts = []
     for can_id, data in frames:
         raws = m2006.decode_command(data) if can_id in COMMAND_IDS else None
-        words = " ".join(f"{raw * ma_per_raw:+5.0f}" for raw in raws) + " mA" if raws else data.hex(" ").upper()
+        words = " ".join(f"{raw * ma_per_raw:+5.0f}" for raw in raws) + " mA" if raws else hexed(data)
         parts.append(f"{can_id:03X} {words}")
     return "   ".join(parts)
 
@@ -90,4 +84,4 @@ def _feedback(frames: Sequence[CanFrame], room: int, ma_per_raw: float) -> str:
 
 def _gyro(can_id: int, data: bytes) -> str:
     values = gyro(can_id - GYRO_ID).decode(data)
-    return f"{values[0] / RATE_PER_RADPS:+.2f} rad/s" if values is not None else data.hex(" ").upper()
+    return f"{values[0] / RATE_PER_RADPS:+.2f} rad/s" if values is not None else hexed(data)

@@ -1,0 +1,103 @@
+"""What a screen sees of the wires and signals, sampled beside the loop: the ticks go in, plain values come out.
+
+A tick costs no more than a place in a queue. The work is done when somebody looks, 20 times a second, and only for
+what is looked at. Where the loop has a process of its own, this stays with the loop: a `Look` goes there, a `Seen`
+comes back.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from itertools import islice
+from typing import NamedTuple
+
+from bench.config import Robot
+from bench.io.scope import Scope, ScopePicture, ScopeSettings
+from bench.io.wiretap import WireTable, Wiretap
+from bench.messages import TickOutput
+
+KEPT_TICKS = 4000
+"""So many ticks are kept whole: a signal that is chosen now has a past. Some 3 MB."""
+LOOKED_BACK_TICKS = 2000
+"""So many before an earlier instant are looked at again: rates are of a second, and the scope wants a picture."""
+
+
+class Look(NamedTuple):
+    """What somebody wants to see."""
+
+    wires: bool = False
+    filter: str = ""
+    scope: ScopeSettings | None = None
+    columns: int = 0
+    """How many columns of dots the scope has room for."""
+
+
+class Seen(NamedTuple):
+    """The answer; None for what was not asked for."""
+
+    wires: WireTable | None = None
+    scope: ScopePicture | None = None
+
+
+class Tap:
+    """Takes every tick of a run; `look` answers for the last one."""
+
+    def __init__(self, robot: Robot, state_columns: Sequence[str]) -> None:
+        self._robot, self._columns = robot, tuple(state_columns)
+        self._ticks: deque[TickOutput] = deque(maxlen=KEPT_TICKS)
+        self.add = self._ticks.append
+        """One more tick."""
+        self._wiretap = Wiretap(robot)
+        self._scope: Scope | None = None
+        self._seen_tick = -1
+        self._past: tuple[int, Tap] | None = None
+
+    def look(self, wanted: Look, before_tick: int | None = None) -> Seen:
+        """Catch up with the run, then say what is wanted. Raises ValueError for a signal that the run does not have.
+
+        `before_tick` is an earlier instant, of which there is what the ticks that are still kept whole have to say.
+        """
+        if before_tick is not None and self._ticks and before_tick <= self._ticks[-1].tick:
+            return self._look_back(wanted, before_tick)
+        self._past = None
+        fresh = self._fresh()
+        self._wiretap.take(fresh)
+        scope = self._scope
+        if scope is not None:
+            scope.take(fresh)
+        if wanted.scope is not None and (scope is None or scope.settings.signals != wanted.scope.signals):
+            scope = self._scope = Scope(self._robot, self._columns, wanted.scope)
+            scope.take(self._ticks)
+        if wanted.scope is not None and scope is not None:
+            scope.change(wanted.scope)
+        return Seen(
+            self._wiretap.table(wanted.filter) if wanted.wires else None,
+            scope.picture(wanted.columns) if wanted.scope is not None and scope is not None else None,
+        )
+
+    def cut(self, tick: int) -> None:
+        """Forget everything from this tick on: the run goes on from there another way."""
+        while self._ticks and self._ticks[-1].tick >= tick:
+            self._ticks.pop()
+        self._wiretap, self._scope, self._past = Wiretap(self._robot), None, None
+        self._seen_tick = self._ticks[0].tick - 1 if self._ticks else tick - 1
+
+    def _look_back(self, wanted: Look, before_tick: int) -> Seen:
+        """A tap of its own that has seen the ticks until then; kept, because the same instant is looked at for long."""
+        if self._past is None or self._past[0] != before_tick:
+            past = Tap(self._robot, self._columns)
+            for out in self._ticks:
+                if before_tick - LOOKED_BACK_TICKS <= out.tick < before_tick:
+                    past.add(out)
+            self._past = before_tick, past
+        return self._past[1].look(wanted)
+
+    def _fresh(self) -> list[TickOutput]:
+        """The ticks since the last look, as far as they are still kept."""
+        ticks = self._ticks
+        if not ticks:
+            return []
+        count = min(len(ticks), ticks[-1].tick - self._seen_tick)
+        self._seen_tick = ticks[-1].tick
+        return list(islice(ticks, len(ticks) - count, None)) if count > 0 else []

@@ -1,0 +1,344 @@
+"""Each wire's traffic in figures: what came, how often, how old it is, how full the wire is. For a screen that asks.
+
+Tell it the ticks that have passed since the last time (`take`), then ask (`table`). What it gives is plain values.
+
+    rc      the receiver's bytes: frames of the robot's protocol, and what is none
+    can     the motors' bus: a row an identifier, its load from the exact bits of its frames
+    core    the SLAMWARE control bus: a row a sub-command, requests and answers apart
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import NamedTuple, TypeAlias
+
+from bench import rc_decode
+from bench.base import RC_PAUSE_US
+from bench.canbus.bits import frame_bits
+from bench.canbus.table import Field
+from bench.config import Robot
+from bench.messages import CanFrame, RcEvent, RcFrame, RcLinkStatistics, RcNoise, TickOutput
+from bench.motors import family
+from bench.rc.misread import SHAPES
+from bench.slamware import FrameDecoder, SlamwareEvent, SlamwareFrame, SlamwareNoise, summary
+from bench.slamware.commands import SUB_COMMANDS
+from bench.slamware.framing import CONTROL_BUS, ERROR
+
+RC, CAN, CORE = "rc", "can", "core"
+CAN_BITRATE = 1_000_000
+CORE_BAUD, CORE_BYTE_BITS = 115_200, 10
+MARK_TICKS, MARKS = 100, 10
+"""Rates are over the last second, counted in tenths of it."""
+MOST_ROWS = 96
+"""A bus full of strangers fills no memory: what comes after these is only counted."""
+LOGGED = 128
+"""So many of the newest frames are kept in words."""
+LOOKED_AT = 256
+"""And so many are looked through for each picture; where a filter leaves less, older ones are passed over."""
+RC_TAIL = 512
+MEASURED_EVERY = 4
+"""Of an identifier's frames one in so many is counted bit by bit, stuffing included; it stands for the next ones."""
+
+
+class WireSum(NamedTuple):
+    """A whole wire. Rates are a second's; `load` is the share of the wire's time, 1.0 is full."""
+
+    wire: str
+    about: str
+    frames: int
+    rate_hz: float
+    load: float
+    errors: int
+    """Bytes (rc, core) that are no frame; on CAN, frames that no row had room for."""
+
+
+class WireRow(NamedTuple):
+    """All frames of one kind on one wire: an identifier, a sub-command, a kind of RC frame."""
+
+    wire: str
+    key: str
+    name: str
+    frames: int
+    rate_hz: float
+    load: float
+    last_tick: int
+    data: bytes
+    said: str
+
+
+class Logged(NamedTuple):
+    """One frame."""
+
+    tick: int
+    wire: str
+    key: str
+    data: bytes
+    said: str
+
+
+class WireTable(NamedTuple):
+    """Everything at one instant; `log` from old to new, only what the filter lets pass."""
+
+    tick: int
+    sums: tuple[WireSum, ...]
+    rows: tuple[WireRow, ...]
+    log: tuple[Logged, ...]
+
+
+Words: TypeAlias = Callable[[], str]
+"""A frame's contents, put into words only where somebody reads them."""
+
+
+class _Row:
+    """The counters of a `WireRow`. `bits` are those on the wire."""
+
+    __slots__ = ("bits", "count", "data", "key", "latest_bits", "marks", "name", "tick", "wire", "words")
+
+    def __init__(self, wire: str, key: str, name: str, marks: int) -> None:
+        self.wire, self.key, self.name = wire, key, name
+        self.count = self.bits = self.latest_bits = self.tick = 0
+        self.data = b""
+        self.words: Words | None = None
+        # (count, bits) at each mark of the last second; a row that is new had nothing before.
+        self.marks: deque[tuple[int, int]] = deque([(0, 0)] * marks, maxlen=MARKS + 1)
+
+
+class Wiretap:
+    """Counts from the first tick on. `take` every tick once, in order."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._can_words = CanWords(robot)
+        rc = robot.rc
+        self._rc = rc_decode.decoder(rc.protocol, pause_us=RC_PAUSE_US) if rc is not None else None
+        self._rc_name = rc.protocol if rc is not None else ""
+        settings = next((shape.settings for shape in SHAPES if shape.protocol == self._rc_name), None)
+        self._rc_line = str(settings) if settings is not None else ""
+        self._rc_baud = settings.baud if settings is not None else 1
+        self._rc_byte_bits = 9 + settings.even_parity + settings.stop_bits if settings is not None else 10
+        self._rc_total = 0
+        self._rc_tail = bytearray()
+        self._requests, self._answers = FrameDecoder(), FrameDecoder()
+        self._asked = b""
+        self._rows: dict[tuple[str, object], _Row] = {}
+        self._can: dict[int, _Row] = {}
+        self._marks: deque[int] = deque([0], maxlen=MARKS + 1)
+        self._errors = {RC: 0, CAN: 0, CORE: 0}
+        self._tick = -1
+        self._log: deque[Logged] = deque(maxlen=LOGGED)
+        self._filter = ""
+        self._unlogged: deque[tuple[int, _Row, bytes, Words | None]] = deque(maxlen=LOOKED_AT)
+
+    def take(self, outs: Iterable[TickOutput]) -> None:
+        """The next ticks."""
+        for out in outs:
+            tick = self._tick = out.tick
+            if out.rc:
+                self._take_rc(out.rc, tick)
+            if out.core_to_base or out.base_to_core:
+                self._take_core(out, tick)
+            for frame in out.can_commands:
+                self._take_can(frame, tick)
+            for frame in out.can_feedback:
+                self._take_can(frame, tick)
+            if (tick + 1) % MARK_TICKS == 0:
+                self._mark(tick + 1)
+
+    def table(self, filter: str = "") -> WireTable:
+        """The figures after the last tick. Only frames whose words hold `filter` go into the log; commas mean or."""
+        self._write_log(filter)
+        now = self._tick + 1
+        seconds = max(1, now - self._marks[0]) / 1000.0
+        rows = [self._row(row, seconds) for row in self._rows.values()]
+        rows.sort(key=_place)
+        about = {RC: f"{self._rc_name} {self._rc_line}".strip(), CAN: "1 Mbit/s", CORE: f"{CORE_BAUD} 8N1"}
+        sums = tuple(
+            WireSum(
+                wire,
+                about[wire],
+                sum(row.frames for row in rows if row.wire == wire),
+                sum(row.rate_hz for row in rows if row.wire == wire),
+                sum(row.load for row in rows if row.wire == wire),
+                self._errors[wire],
+            )
+            for wire in ORDER
+        )
+        return WireTable(self._tick, sums, tuple(rows), tuple(self._log))
+
+    # --- counting ------------------------------------------------------------------------------------------------
+
+    def _take_can(self, frame: CanFrame, tick: int) -> None:
+        can_id, data = frame
+        row = self._can.get(can_id)
+        if row is None:
+            found = self._found(CAN, can_id, f"{can_id:03X}", lambda: self._can_words.name(can_id))
+            if found is None:
+                self._errors[CAN] += 1
+                return
+            row = self._can[can_id] = found
+        if row.count % MEASURED_EVERY == 0:
+            row.latest_bits = frame_bits(can_id, data)
+        row.count += 1
+        row.bits += row.latest_bits
+        row.tick, row.data = tick, data
+        self._unlogged.append((tick, row, data, None))
+
+    def _take_rc(self, data: bytes, tick: int) -> None:
+        self._rc_total += len(data)
+        self._rc_tail += data
+        if self._rc is None:
+            return
+        for event in self._rc.feed(data, tick * 1000):
+            if isinstance(event, RcNoise):
+                self._errors[RC] += event.length
+            key = _rc_key(event)
+            start = event.offset - (self._rc_total - len(self._rc_tail))
+            raw = bytes(self._rc_tail[max(0, start) : start + event.length]) if start + event.length > 0 else b""
+            self._count(RC, key, self._rc_name, tick, raw, event.length * self._rc_byte_bits, _rc_words(event))
+        if len(self._rc_tail) > 2 * RC_TAIL:
+            del self._rc_tail[:-RC_TAIL]
+
+    def _take_core(self, out: TickOutput, tick: int) -> None:
+        for event in self._requests.feed(out.core_to_base, tick):
+            if isinstance(event, SlamwareFrame):
+                self._asked = event.payload if event.code == CONTROL_BUS else b""
+            self._count_core(event, ">", tick, b"")
+        for event in self._answers.feed(out.base_to_core, tick):
+            self._count_core(event, "<", tick, self._asked)
+
+    def _count_core(self, event: SlamwareEvent, way: str, tick: int, asked: bytes) -> None:
+        bits = event.length * CORE_BYTE_BITS
+        if isinstance(event, SlamwareNoise):
+            self._errors[CORE] += event.length
+            self._count(CORE, f"{way} noise", event.reason, tick, b"", bits, lambda: summary(event))
+            return
+        about = asked[:1] if way == "<" else event.payload[:1] if event.code == CONTROL_BUS else b""
+        key = f"{way} {about.hex().upper() or f'code {event.code:02X}'}"
+        known = SUB_COMMANDS.get(about[0]) if about else None
+        name = known.name if known is not None else ""
+        if way == "<" and event.code == ERROR:
+            key, name = f"{key} error", "refused"
+        self._count(CORE, key, name, tick, event.payload, bits, lambda: summary(event, asked))
+
+    def _count(self, wire: str, key: str, name: str, tick: int, data: bytes, bits: int, words: Words) -> None:
+        row = self._found(wire, key, key, lambda: name)
+        if row is None:
+            return
+        row.count += 1
+        row.bits += bits
+        row.tick, row.data, row.words = tick, data, words
+        self._unlogged.append((tick, row, data, words))
+
+    def _found(self, wire: str, key: object, shown: str, name: Callable[[], str]) -> _Row | None:
+        row = self._rows.get((wire, key))
+        if row is None and len(self._rows) < MOST_ROWS:
+            row = self._rows[wire, key] = _Row(wire, shown, name(), len(self._marks))
+        return row
+
+    def _mark(self, tick: int) -> None:
+        self._marks.append(tick)
+        for row in self._rows.values():
+            row.marks.append((row.count, row.bits))
+
+    # --- telling -------------------------------------------------------------------------------------------------
+
+    def _row(self, row: _Row, seconds: float) -> WireRow:
+        count, bits = row.marks[0]
+        per_s = self._rc_baud if row.wire == RC else CAN_BITRATE if row.wire == CAN else CORE_BAUD
+        return WireRow(
+            row.wire,
+            row.key,
+            row.name,
+            row.count,
+            (row.count - count) / seconds,
+            (row.bits - bits) / seconds / per_s,
+            row.tick,
+            row.data,
+            self._said(row, row.data, row.words),
+        )
+
+    def _said(self, row: _Row, data: bytes, words: Words | None) -> str:
+        return words() if words is not None else self._can_words.said(int(row.key, 16), data)
+
+    def _write_log(self, filter: str) -> None:
+        wanted = [part for part in filter.lower().split(",") if part]
+        if filter != self._filter:
+            self._filter = filter
+            self._log.clear()
+        fresh: list[Logged] = []
+        while self._unlogged and len(fresh) < LOGGED:
+            tick, row, data, words = self._unlogged.pop()
+            said = self._said(row, data, words)
+            if not wanted or any(part in f"{row.wire} {row.key} {row.name} {said}".lower() for part in wanted):
+                fresh.append(Logged(tick, row.wire, row.key, data, said))
+        self._unlogged.clear()
+        self._log.extend(reversed(fresh))
+
+
+ORDER = (RC, CAN, CORE)
+
+
+def _place(row: WireRow) -> tuple[int, str, bool]:
+    """By wire and identifier; on the control bus an answer below its request."""
+    is_core = row.wire == CORE
+    return ORDER.index(row.wire), row.key[2:] if is_core else row.key, is_core and row.key.startswith("<")
+
+
+class CanWords:
+    """Names and contents of the motors' frames: by wheel, in the units of the wire."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._family = family(robot)
+        self._names = {0x200 + wheel.can_id: wheel.name for wheel in robot.wheels}
+        self._names |= {0x200 + wheel.can_id: f"encoder {wheel.name}" for wheel in robot.dead_wheels}
+
+    def name(self, can_id: int) -> str:
+        """Whose frame it is: a wheel's, or what the messages' table calls it."""
+        message = self._family.message(can_id)
+        if can_id in self._names:
+            return self._names[can_id]
+        if message in self._family.commands:
+            return "to motors 1-4" if message is self._family.commands[0] else "to motors 5-8"
+        return message.name.replace("_", " ") if message is not None else "unknown"
+
+    def said(self, can_id: int, data: bytes) -> str:
+        """Its fields, each with its unit; the bare bytes where nobody knows them."""
+        message = self._family.message(can_id, len(data))
+        values = message.decode(data) if message is not None else None
+        if message is None or values is None:
+            return ""
+        return "   ".join(_field(one, value) for one, value in zip(message.variables, values, strict=True))
+
+
+def _field(one: Field, value: int) -> str:
+    """Its width does not change with its value: columns stand still."""
+    name = one.name.removeprefix("current_")
+    unit = _UNITS.get(one.suffix, one.suffix)
+    if one.words:
+        return f"{name} {one.words.get(value, value)}"
+    return f"{name} {value:+6d} {unit}" if one.signed else f"{name} {value:4d} {unit}"
+
+
+_UNITS = {"ma": "mA", "counts": "cnt", "mradps": "mrad/s", "degc": "°C"}
+
+
+def _rc_key(event: RcEvent) -> str:
+    if isinstance(event, RcFrame):
+        return "channels"
+    if isinstance(event, RcNoise):
+        return "noise"
+    return "link" if isinstance(event, RcLinkStatistics) else event.kind
+
+
+def _rc_words(event: RcEvent) -> Words:
+    def words() -> str:
+        if isinstance(event, RcFrame):
+            flags = " FAILSAFE" * event.failsafe + " FRAME LOST" * event.frame_lost
+            return " ".join(map(str, event.channels)) + flags
+        if isinstance(event, RcNoise):
+            return f"{event.length} bytes refused: {event.reason}"
+        if isinstance(event, RcLinkStatistics):
+            return f"quality {event.uplink_quality_percent} % {event.uplink_rssi_dbm} dBm"
+        return event.kind
+
+    return words

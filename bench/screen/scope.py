@@ -1,0 +1,194 @@
+"""The scope's picture: a lane of braille for each signal, its scale at the left, the time below; and its menus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from bench.io.scope import CAUGHT, FREE, TRIGGERED, WAITING, ScopePicture, Trace
+from bench.screen.canvas import Canvas
+from bench.screen.scene import Menu, Scene
+from bench.screen.text import (
+    GOOD_BADGE,
+    GRID,
+    KEY,
+    LABEL,
+    OTHER_TRACE,
+    PLAIN,
+    TITLE,
+    TRACE,
+    WARN,
+    WARN_BADGE,
+    Line,
+    both_ends,
+    fit,
+)
+
+GUTTER = 9
+"""Columns at the left for the scale."""
+DIVISIONS = 10
+UNITS = {
+    "radps": "rad/s", "mps": "m/s", "rad": "rad", "m": "m", "a": "A", "ms": "ms", "s": "s",
+}  # fmt: skip
+_STATES = {FREE: "runs free", TRIGGERED: "triggered", WAITING: "waits for its trigger", CAUGHT: "caught one"}
+_TRIGGER_WORDS = ("mode", "edge", "level", "time across")
+_MENU_ROWS = 8
+
+
+def scope(scene: Scene, width: int, height: int) -> list[Line]:
+    """Head, lanes, time; a menu takes rows from the lanes."""
+    picture, menu = scene.seen.scope, scene.shown.menu
+    if picture is None:
+        return [[(" no tick has run yet", LABEL)]]
+    below = _menu(menu, picture, width) if menu is not None and menu.kind in ("signal", "trigger") else []
+    lines = _head(scene, picture, width)
+    rows = height - len(lines) - len(below) - 1
+    lines += _lanes(picture, width, rows)
+    return [*lines, _time(picture, width), *below]
+
+
+def unit_of(name: str) -> str:
+    """A signal's unit, by the end of its name; a raw channel has none."""
+    return UNITS.get(name.rpartition("_")[2], "")
+
+
+def bounds(low: float, high: float) -> tuple[float, float]:
+    """Round numbers around what is there: the picture does not breathe with every sample."""
+    if not low <= high:
+        return -1.0, 1.0
+    span = max(high - low, 1e-9, 1e-6 * max(abs(low), abs(high)))
+    step = _nice(span / 4.0)
+    least, most = math.floor(low / step) * step, math.ceil(high / step) * step
+    return (least, most) if most > least else (least - step, most + step)
+
+
+def _nice(value: float) -> float:
+    """1, 2 or 5 times a power of ten, not less than the value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= value * (1.0 - 1e-9))
+
+
+def _head(scene: Scene, picture: ScopePicture, width: int) -> list[Line]:
+    settings = picture.settings
+    role = GOOD_BADGE if picture.state in (TRIGGERED, CAUGHT) else WARN_BADGE if picture.state == WAITING else LABEL
+    trigger = f" {settings.mode}: {settings.signals[0]} {settings.edge} through {settings.level:g}"
+    line: Line = [(f" {_STATES[picture.state]} ", role), (trigger, PLAIN)]
+    if scene.shown.held:
+        line = [(" HELD ", WARN_BADGE), (" h lets go ", WARN), *line]
+    keys: Line = [
+        ("V", KEY),
+        (" signals ", LABEL),
+        ("N", KEY),
+        (" trigger, time ", LABEL),
+        ("H", KEY),
+        (" hold ", LABEL),
+    ]
+    return [both_ends(line, keys, width)]
+
+
+def _lanes(picture: ScopePicture, width: int, rows: int) -> list[Line]:
+    traces = picture.traces
+    each, more = divmod(rows, len(traces))
+    if each < 2:
+        return [[(" too low for a picture; a taller terminal shows it", WARN)]][: max(rows, 0)]
+    by_unit: dict[str, list[Trace]] = {}
+    for trace in traces:
+        by_unit.setdefault(unit_of(trace.name) or trace.name, []).append(trace)
+    lines: list[Line] = []
+    for place, trace in enumerate(traces):
+        # Lanes with one unit have one scale: what is wanted and what is compare by eye.
+        alike = by_unit[unit_of(trace.name) or trace.name]
+        low = min((value for one in alike for value in one.low if value == value), default=math.nan)
+        high = max((value for one in alike for value in one.high if value == value), default=math.nan)
+        lines += _lane(picture, place, bounds(low, high), width, each + (place < more))
+    return lines
+
+
+def _lane(picture: ScopePicture, place: int, scale: tuple[float, float], width: int, rows: int) -> list[Line]:
+    trace = picture.traces[place]
+    least, most = scale
+    canvas = Canvas(max(1, width - GUTTER - 1), rows - 1)
+    per_dot = (most - least) / max(1, canvas.height - 1)
+    _grid(canvas, picture, scale, per_dot, place)
+    _draw(canvas, trace, least, per_dot, TRACE if place % 2 == 0 else OTHER_TRACE)
+    unit = unit_of(trace.name)
+    now = f"{trace.last:+.3f} {unit}" if trace.last == trace.last else "no value yet"
+    head: Line = [(f" {place + 1} ", KEY), (trace.name, TRACE if place % 2 == 0 else OTHER_TRACE), (f"  {now}", PLAIN)]
+    lines = [fit(head, width)]
+    for row, dots in enumerate(canvas.lines()):
+        mark = f"{most:.4g}" if row == 0 else f"{least:.4g}" if row == rows - 2 else ""
+        lines.append([(f"{mark:>{GUTTER - 1}}", LABEL), ("│", GRID), *dots])
+    return lines
+
+
+def _grid(canvas: Canvas, picture: ScopePicture, scale: tuple[float, float], per_dot: float, place: int) -> None:
+    least, most = scale
+    for division in range(1, DIVISIONS):
+        x = division * canvas.width // DIVISIONS
+        for y in range(0, canvas.height, 4):
+            canvas.dot(x, y, GRID)
+    if least < 0.0 < most:
+        zero = canvas.height - 1 - round(-least / per_dot)
+        for x in range(0, canvas.width, 4):
+            canvas.dot(x, zero, GRID)
+    settings = picture.settings
+    if place == 0 and picture.state != FREE and least <= settings.level <= most:
+        level = canvas.height - 1 - round((settings.level - least) / per_dot)
+        for x in range(0, canvas.width, 2):
+            canvas.dot(x, level, WARN)
+    if picture.trigger_tick is not None:
+        at = (picture.trigger_tick - picture.start_tick) * canvas.width // settings.span_ms
+        for y in range(0, canvas.height, 2):
+            canvas.dot(at, y, WARN)
+
+
+def _draw(canvas: Canvas, trace: Trace, least: float, per_dot: float, role: str) -> None:
+    """Column by column from the least to the greatest, and up to where the one before it ended."""
+    bottom, count = canvas.height - 1, len(trace.low)
+    before: tuple[int, int] | None = None
+    for x in range(canvas.width):
+        column = x * count // canvas.width
+        low, high = trace.low[column], trace.high[column]
+        if low != low:
+            before = None
+            continue
+        first, last = bottom - round((high - least) / per_dot), bottom - round((low - least) / per_dot)
+        start, end = first, last
+        if before is not None:
+            start, end = min(first, before[1] + 1), max(last, before[0] - 1)
+        canvas.column(x, start, end, role)
+        before = first, last
+
+
+def _time(picture: ScopePicture, width: int) -> Line:
+    span = picture.settings.span_ms
+    left = picture.start_tick - (picture.trigger_tick or 0)
+    per = f"{_ms(span / DIVISIONS)} a division, {_ms(span)} across"
+    ends = (_ms(left), _ms(left + span)) if picture.trigger_tick is not None else (f"-{_ms(span)}", "now")
+    middle = per if picture.trigger_tick is None else f"{per}, trigger at {picture.trigger_tick / 1000:.3f} s"
+    line: Line = [(" " * GUTTER + ends[0] + "  ", LABEL), (middle, PLAIN)]
+    return both_ends(line, [(ends[1] + " ", LABEL)], width)
+
+
+def _ms(milliseconds: float) -> str:
+    return f"{milliseconds / 1000:g} s" if abs(milliseconds) >= 1000 else f"{milliseconds:g} ms"
+
+
+def _menu(menu: Menu, picture: ScopePicture, width: int) -> list[Line]:
+    if menu.kind == "trigger":
+        head = " trigger: ↑ ↓ choose, ← → change, digits for the level, Enter arms it again, Esc closes"
+        words = [f"{word:12} {value}" for word, value in zip(_TRIGGER_WORDS, menu.choices, strict=True)]
+        return [fit([(head, TITLE)], width, TITLE), *_list(words, menu.row, width)]
+    now = picture.settings.signals
+    there = now[menu.trace] if menu.trace < len(now) else "a new one"
+    head = f" trace {menu.trace + 1} ({there}): {menu.text}▏ ↑ ↓ choose, Enter takes, Tab next trace, Backspace removes"
+    return [fit([(head, TITLE)], width, TITLE), *_list(menu.choices or ("nothing has that name",), menu.row, width)]
+
+
+def _list(words: Sequence[str], row: int, width: int) -> list[Line]:
+    """As many as there is room for, the chosen one among them."""
+    first = max(0, min(row - _MENU_ROWS // 2, len(words) - _MENU_ROWS))
+    part = list(enumerate(words))[first : first + _MENU_ROWS]
+    return [
+        fit([(" ▸ " if at == row else "   ", KEY), (text, KEY if at == row else PLAIN)], width) for at, text in part
+    ]

@@ -1,0 +1,143 @@
+"""Every wire, every kind of frame on it: how many, how often, how old, what it says. Then the newest frames.
+
+A row a CAN identifier, a SLAMWARE sub-command, a kind of RC frame. What the filter does not find is left out.
+"""
+
+from __future__ import annotations
+
+from bench.io.wiretap import CAN, CORE, RC, Logged, WireRow, WireSum, WireTable
+from bench.screen.scene import Scene
+from bench.screen.text import (
+    BAD_BADGE,
+    GOOD,
+    KEY,
+    LABEL,
+    PLAIN,
+    TITLE,
+    WARN,
+    WARN_BADGE,
+    Line,
+    age,
+    fill_bar,
+    fit,
+    hexed,
+)
+
+NAMES = {RC: "rc", CAN: "can bus", CORE: "control bus"}
+CROWDED = 0.8
+"""From this load on a wire is said to be full: what comes at the same time must wait."""
+WIDE_FROM = 110
+"""From this width on there is room for bytes and counts."""
+LEAST_LOG_ROWS = 4
+
+
+def wiretable(scene: Scene, width: int, height: int) -> list[Line]:
+    """Head, rows and newest frames."""
+    table, shown = scene.seen.wires, scene.shown
+    if table is None:
+        return [[(" no tick has run yet", LABEL)]]
+    wide = width >= WIDE_FROM
+    lines = [_head(scene, wide)]
+    for one in table.sums:
+        lines.append(_sum(scene, one, wide))
+        rows = [row for row in table.rows if row.wire == one.wire and passes(shown.filter, row)]
+        lines += [_row(row, table.tick, wide) for row in rows]
+    room = max(height - LEAST_LOG_ROWS - 1, 1)
+    if len(lines) > room:
+        hidden = len(lines) - room + 1
+        lines = [*lines[: room - 1], [(f" … {hidden} more rows: / filters, a taller terminal shows them", WARN)]]
+    rest = height - len(lines) - 1
+    if rest > 0:
+        lines.append([(" newest frames, the last one lowest", LABEL)])
+        lines += [_logged(one, wide) for one in table.log[-rest:]]
+    return lines
+
+
+def passes(filter: str, row: WireRow) -> bool:
+    """Whether a row has one of the filter's words, which commas part."""
+    words = [word for word in filter.lower().split(",") if word]
+    text = f"{row.wire} {row.key} {row.name} {row.said}".lower()
+    return not words or any(word in text for word in words)
+
+
+def _head(scene: Scene, wide: bool) -> Line:
+    shown = scene.shown
+    columns = f" {'id':7} {'what':13} {'rate':>7} {'age':>7}"
+    columns += f" {'load':>6} {'frames':>9}  {'bytes':23}  says" if wide else "  says"
+    line: Line = [(columns, LABEL)]
+    typing = shown.menu is not None and shown.menu.kind == "filter"
+    if typing or shown.filter:
+        line = [(" filter ", TITLE), (f" {shown.filter}", KEY), ("▏" if typing else "", KEY)]
+        words = "  commas mean or; Enter keeps it, Esc shows all" if typing else "  / changes it"
+        line.append((words, LABEL))
+    if shown.held:
+        line = [(" HELD ", WARN_BADGE), (f" at {_at(scene.seen.wires)}, h lets go ", WARN), *line]
+    return line
+
+
+def _at(table: WireTable | None) -> str:
+    return f"{table.tick / 1000:.3f} s" if table is not None else ""
+
+
+def _sum(scene: Scene, one: WireSum, wide: bool) -> Line:
+    full = one.load >= CROWDED
+    bar = fill_bar(one.load, 20 if wide else 8)
+    line: Line = [
+        (f" {NAMES[one.wire]:12}", KEY),
+        (f"{one.about:18}", LABEL),
+        (f"{one.rate_hz:6.0f}/s  ", PLAIN),
+        (bar, WARN if full else GOOD),
+        (f" {100.0 * one.load:5.1f} %{' full' if wide else ''}", WARN if full else PLAIN),
+    ]
+    return [*line, ("  ", PLAIN), _errors(scene, one)]
+
+
+def _errors(scene: Scene, one: WireSum) -> tuple[str, str]:
+    strangers = len(scene.snapshot.bus_findings) if one.wire == CAN else 0
+    if strangers or (one.wire == CAN and one.errors):
+        more = f", {one.errors} frames too many to list" if one.errors else ""
+        return f" {strangers} strange{more} ", BAD_BADGE
+    if one.errors:
+        return f"{one.errors} bytes refused", WARN
+    return "no errors", LABEL
+
+
+def _row(row: WireRow, now: int, wide: bool) -> Line:
+    line: Line = [
+        (f" {row.key:7.7}", PLAIN),
+        (f" {row.name:13.13}", LABEL),
+        (f" {row.rate_hz:5.0f}/s {age(now - row.last_tick):>7}", PLAIN),
+    ]
+    if wide:
+        line.append((f" {100.0 * row.load:4.1f} % {row.frames:9d}  ", PLAIN))
+        line.append((f"{_bytes(row.data):23}", LABEL))
+    return [*line, (f"  {row.said}", PLAIN)]
+
+
+def _logged(one: Logged, wide: bool) -> Line:
+    line: Line = [(f" {one.tick / 1000:9.3f}", LABEL), (f" {one.wire:4} {one.key:7.7}", PLAIN)]
+    if wide:
+        line.append((f" {_bytes(one.data):23}", LABEL))
+    return [*line, (f"  {one.said}", PLAIN)]
+
+
+def _bytes(data: bytes) -> str:
+    return hexed(data) if len(data) <= 8 else hexed(data[:7]) + " …"
+
+
+def loads(scene: Scene, width: int) -> list[Line]:
+    """A line a wire, for a glance."""
+    table = scene.seen.wires
+    if table is None:
+        return []
+    return [
+        fit(
+            [
+                (f" {one.wire:7}", LABEL),
+                (f"{100.0 * one.load:5.1f} % full  {one.rate_hz:5.0f}/s  ", PLAIN),
+                _errors(scene, one),
+            ],
+            width,
+        )
+        for one in table.sums
+    ]
