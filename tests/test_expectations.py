@@ -138,7 +138,7 @@ def table(text):
         ("then = 'armed'", "then needs when"),
         ("eventually = 'armed'\nuntil = 'armed'", "until needs always"),
         ("always = 'armed'\nwithin_s = 1.0", "within_s goes with"),
-        ("eventually = 'armed'\nwithin_s = -1.0", "within_s goes with"),
+        ("eventually = 'armed'\nwithin_s = -1.0", "expected 0 to 86400 seconds, got -1"),
         ("always = 'armed'\nfrom_s = 2.0\nto_s = 1.0", "times run forwards"),
         ("always = 'armed'\nvacuous = 'yes'", "expected 'fails' or 'allowed'"),
         ("always = 'armed'\nwhen = 'armed'", "when goes with then"),

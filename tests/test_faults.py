@@ -405,8 +405,11 @@ def test_a_timeline_of_sticks_drives_in_whatever_the_transmitter_speaks(tmp_path
     [
         ('rc = "drive.bin"\n[[stick]]\nat_s = 0.1', "a run has one driver"),
         ("[[stick]]\nat_s = 0.1\nforward = 2.0", "stick[0].forward: expected -1 to 1"),
-        ("[[stick]]\nat_s = 0.2\n[[stick]]\nat_s = 0.1", "the times at_s must rise"),
-        ("[[stick]]\nat_s = -0.1", "expected 0 or more"),
+        (
+            "[[stick]]\nat_s = 0.2\n[[stick]]\nat_s = 0.1",
+            "stick[1].at_s: the times must rise from entry to entry: 0.1 s comes after 0.2 s",
+        ),
+        ("[[stick]]\nat_s = -0.1", "expected 0 to 86400 seconds, got -0.1"),
         ('robot = "slamware-b"\n[[stick]]\nat_s = 0.1', "takes no RC"),
     ],
 )

@@ -17,7 +17,7 @@ The margin of a verdict is the least one, in the unit of the comparison that dec
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 
 from bench.check.expression import condition, signals_in
@@ -107,21 +107,20 @@ class Verdict:
 def read_expectation(entry: Table) -> Expectation:
     """One `[[expect]]` table. Raises ConfigError with file, key and what to try."""
     words = {key: entry.get(key, str, "") for key in ("always", "eventually", "then", "when", "while", "until", "name")}
-    ticks = {key: entry.get(key, float, None) for key in ("within_s", "for_s", "from_s", "to_s")}
+    ticks = {key: entry.ticks(key, None) for key in ("within_s", "for_s", "from_s", "to_s")}
     vacuous = entry.get("vacuous", str, "fails")
     if vacuous not in ("fails", "allowed"):
         raise entry.fail("vacuous", f"expected 'fails' or 'allowed', got {vacuous!r}")
     entry.refuse_rest()
-    rounded = {key: round(1000 * value) if value is not None else None for key, value in ticks.items()}
     said = words.pop("name")
     words["whilst"] = words.pop("while")
     try:
         return Expectation(
             name=said or _sentence(words),
-            within=rounded["within_s"],
-            lasting=rounded["for_s"] or 0,
-            first=rounded["from_s"] or 0,
-            last=rounded["to_s"],
+            within=ticks["within_s"],
+            lasting=ticks["for_s"] or 0,
+            first=ticks["from_s"] or 0,
+            last=ticks["to_s"],
             may_be_vacuous=vacuous == "allowed",
             **words,
         )
@@ -221,9 +220,9 @@ def _premise(one: Expectation, known: Sequence[str]) -> Formula | None:
     """When the expectation says something at all; None: always."""
     premise: Formula | None = None
     if one.whilst:
-        premise = _atom(one.whilst, known)
+        premise = _truth(one.whilst, known)
     elif one.when:
-        premise = rises(_atom(one.when, known))
+        premise = rises(_truth(one.when, known))
     if one.first or one.last is not None:
         window = _between(one.first, one.last)
         premise = Both(premise, window) if premise else window
@@ -259,11 +258,25 @@ def _atom(text: str, known: Sequence[str]) -> Atom:
     return Atom(lambda stamped: margin(stamped[1]), lambda stamped: opposite(stamped[1]))
 
 
+def _truth(text: str, known: Sequence[str]) -> Atom:
+    """A premise: it holds or not. How nearly it does is no margin of what is expected."""
+    margin = condition(text, known).margin
+
+    def holds(stamped: _Stamped) -> bool:
+        return margin(stamped[1]) >= 0.0
+
+    return _certain(holds)
+
+
+def _certain(holds: Callable[[_Stamped], bool]) -> Atom:
+    return Atom(
+        lambda stamped: math.inf if holds(stamped) else -math.inf,
+        lambda stamped: -math.inf if holds(stamped) else math.inf,
+    )
+
+
 def _between(first: int, last: int | None) -> Atom:
     def inside(stamped: _Stamped) -> bool:
         return first <= stamped[0] and (last is None or stamped[0] <= last)
 
-    return Atom(
-        lambda stamped: math.inf if inside(stamped) else -math.inf,
-        lambda stamped: -math.inf if inside(stamped) else math.inf,
-    )
+    return _certain(inside)

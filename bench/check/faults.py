@@ -105,8 +105,7 @@ def read_fault(entry: Table) -> Fault:
         raise entry.fail("wire", f"{wire!r} is unknown{nearest(wire, list(KINDS))}")
     if kind not in KINDS[wire]:
         raise entry.fail("kind", f"{kind!r} is unknown on wire {wire!r}{nearest(kind, list(KINDS[wire]))}")
-    seconds = {key: entry.get(key, float, None) for key in ("at_s", "for_s")}
-    ticks = {key: round(1000 * value) if value is not None else None for key, value in seconds.items()}
+    ticks = {"at_s": entry.ticks("at_s", None), "for_s": entry.ticks("for_s", None, least=1)}
     given: dict[str, object] = {}
     if kind in _WITH_PROBABILITY:
         given["probability"] = entry.get("probability", float, _WITH_PROBABILITY[kind])

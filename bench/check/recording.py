@@ -17,7 +17,6 @@ depends on the machine, the Python version or the date. What has been written su
 from __future__ import annotations
 
 import errno
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from io import FileIO
@@ -35,6 +34,7 @@ from bench.check.lines import (
     rc_lines,
     slamware_lines,
 )
+from bench.config.emit import toml_text
 from bench.errors import BenchError, SurroundingsError
 from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
 
@@ -81,7 +81,7 @@ class RunInfo:
 class Recorder:
     """Writes one recording. A context manager; `close` ends the run.
 
-    `robot_file`, `profile_file` and `scenario_file` are copied in, `arena` is the text of arena.toml. The directory is
+    `robot_file` and `profile_file` are copied in, `scenario` and `arena` are the texts of their files. The directory is
     made; one that already holds something is refused unless `overwrite`, which removes the files of a recording and
     nothing else, and never a golden. Raises RecordingError where the place cannot be written, at once or later from
     `add`; what is on disk then stays.
@@ -94,8 +94,8 @@ class Recorder:
         state_columns: Sequence[str],
         robot_file: Path,
         profile_file: Path | None = None,
-        scenario_file: Path | None = None,
         *,
+        scenario: bytes | None = None,
         arena: str = "",
         overwrite: bool = False,
     ) -> None:
@@ -111,8 +111,8 @@ class Recorder:
         copies = {ROBOT_TOML: read_bytes(robot_file)}
         if profile_file is not None:
             copies[PROFILE_TOML] = read_bytes(profile_file)
-        if scenario_file is not None:
-            copies |= {SCENARIO_TOML: read_bytes(scenario_file), FAULTS_LOG: b""}
+        if scenario is not None:
+            copies |= {SCENARIO_TOML: scenario, FAULTS_LOG: b""}
         if arena:
             copies[ARENA_TOML] = arena.encode()
         _make_room(self.directory, overwrite)
@@ -216,9 +216,7 @@ def run_toml(info: RunInfo) -> str:
 
 def toml_lines(values: dict[str, str | int | None]) -> str:
     """One `key = value` line for each value that is not None."""
-    # A JSON string is a TOML string but for DEL, which TOML wants escaped.
-    quoted = {key: json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F") for key, value in values.items()}
-    return "".join(f"{key} = {quoted[key]}\n" for key, value in values.items() if value is not None)
+    return toml_text(values) if any(value is not None for value in values.values()) else ""
 
 
 def read_bytes(path: Path) -> bytes:

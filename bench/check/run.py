@@ -18,12 +18,12 @@ from pathlib import Path
 
 from bench.arena import FIELD, Arena, arena_toml, load_arena
 from bench.base import Base
-from bench.check.controllers import Build, controller_of, is_own
+from bench.check.controllers import Build, Controller, controller_of, is_own, name_of
 from bench.check.expectations import Judge
 from bench.check.faults import KINDS
 from bench.check.faulty import FaultyWorld, Injector
 from bench.check.reading import Recording
-from bench.check.recording import BLOCK_TICKS, RUN_TOML, Recorder, RunInfo
+from bench.check.recording import BLOCK_TICKS, RUN_TOML, Recorder, RunInfo, read_bytes
 from bench.check.scenario import Scenario, load_scenario
 from bench.config import EXACT, SPEED_LOOP, ConfigError, Robot, load_profile, load_robot, profile_names, with_choices
 from bench.errors import UsageError
@@ -55,8 +55,8 @@ class Run:
     """Of the scenario's faults."""
     about: str = ""
     """What the scenario says of itself."""
-    scenario_file: Path | None = None
-    """Goes into the recording where it says what the other files there do not: faults and expectations."""
+    scenario: bytes | None = None
+    """Its text goes into the recording where it says what the other files there do not: faults and expectations."""
 
     def recorder(self, directory: Path | str, *, overwrite: bool = False) -> Recorder:
         """A recorder for this run's ticks. Raises RecordingError where the place cannot be written."""
@@ -64,6 +64,11 @@ class Run:
         if robot.file is None:
             raise ValueError("a run is recorded with its robot's file; this robot came from none")
         profile_file = robot.rc.file if robot.rc else None
+        if robot != with_choices(load_robot(robot.file, profile_file), robot.control.kind, robot.odometry):
+            raise UsageError(
+                f"{robot.file}: a recording keeps the robot's file, and this robot was changed since it was read; "
+                "write the changed one to a file of its own to record it"
+            )
         columns = self.bench.state_columns
         arena = self.bench.world.plant.arena
         text = arena_toml(arena) if arena is not None and arena != FIELD else ""
@@ -73,7 +78,7 @@ class Run:
             columns,
             robot.file,
             profile_file,
-            self.scenario_file,
+            scenario=self.scenario,
             arena=text,
             overwrite=overwrite,
         )
@@ -168,15 +173,36 @@ def from_scenario(
     arena: str | Path | None = None,
 ) -> Run:
     """The run that a scenario file describes: with its robot, forms and arena, or with others."""
-    scenario = load_scenario(path)
-    built = load_robot(robot or _beside(path, scenario.robot), profile or scenario.profile)
+    return run_of(
+        load_scenario(path), robot=robot, profile=profile, controller=controller, odometry=odometry, arena=arena
+    )
+
+
+def run_of(
+    scenario: Scenario,
+    *,
+    robot: str | Path | Robot | None = None,
+    profile: str | Path | None = None,
+    controller: str | Build | None = None,
+    odometry: str | None = None,
+    arena: str | Path | None = None,
+) -> Run:
+    """The run that a scenario describes. A robot made in Python and a maker of bases go in as they are."""
+    path = scenario.path
+    if isinstance(robot, Robot):
+        built = robot if profile is None else replace(robot, rc=load_profile(profile))
+    else:
+        said = _beside(path, scenario.profile) if scenario.profile else None
+        built = load_robot(robot or _beside(path, scenario.robot), profile or said)
     try:
         built = with_choices(built, None, scenario.odometry)
         chosen = controller_of(built, None if controller else scenario.controller, path.parent)
     except UsageError as error:
         raise ConfigError(f"{path}: {error}") from error.__cause__
-    if controller is not None:
+    if isinstance(controller, str):
         chosen = controller_of(built, controller)
+    elif controller is not None:
+        chosen = Controller(built, controller, name_of(controller))
     built = with_choices(chosen.robot, None, odometry)
     rc: dict[int, bytes] = {}
     if scenario.rc is not None:
@@ -195,7 +221,7 @@ def from_scenario(
         judge=_judge(scenario, bench),
         injector=_injector(scenario, bench),
         about=scenario.about,
-        scenario_file=path if scenario.faults or scenario.expectations else None,
+        scenario=scenario.text if scenario.faults or scenario.expectations else None,
     )
 
 
@@ -266,7 +292,7 @@ def from_recording(path: Path, *, recorded_can: bool = False, controller: str | 
         source=recording,
         judge=_judge(scenario, bench) if scenario else None,
         injector=_injector(scenario, bench, again) if scenario else None,
-        scenario_file=recording.scenario_file,
+        scenario=read_bytes(recording.scenario_file) if recording.scenario_file else None,
     )
 
 

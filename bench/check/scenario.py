@@ -25,6 +25,8 @@ kind = "drop"
 at_s = 5.0
 for_s = 1.0
 
+extends = "base.toml"       # see `inherit`
+
 [[expect]]                  # see `expectations`
 when = "link == 'lost'"
 then = "speed_mps < 0.05"
@@ -33,17 +35,25 @@ within_s = 0.5
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from bench.arena import FIELD, Arena, load_arena, read_arena
 from bench.check.expectations import Expectation, read_expectation
 from bench.check.faults import Fault, read_fault
-from bench.config import ConfigError, Table, read_toml
+from bench.check.inherit import read_whole
+from bench.config import ConfigError, Table
+from bench.config.emit import toml_text
 from bench.messages import BodyTwist
 from bench.noise import SILENT, Noise, read_noise
 from bench.rc.transmitter import Sticks
+
+MOST_ON_THE_WIRE = 32767
+"""m/s and rad/s: what a request of the core can say (Q16)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +78,8 @@ class Scenario:
     noise: Noise = SILENT
     sticks: tuple[tuple[int, Sticks], ...] = ()
     """(tick, sticks) in order of time; empty where the stream is a capture's."""
+    text: bytes = b""
+    """What a recording keeps: the file, whole; with what it extends, where it does."""
 
 
 def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
@@ -75,24 +87,33 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
 
     Raises ConfigError with file, key and what to try.
     """
-    data = Table(path, "", read_toml(path))
+    whole = read_whole(path)
+    text = path.read_bytes() if whole.is_alone else toml_text(whole.values).encode()
+    return _read(Table(path, "", whole.values, whole.origins), text, alone)
+
+
+def scenario_of(values: Mapping[str, Any]) -> Scenario:
+    """A scenario said in Python: the keys of a file, with the values that they have there. Files are looked for in the
+    current folder. Raises ConfigError with the key and what to try.
+    """
+    path = Path(f"scenario {values['name']!r}".replace("/", "_") if values.get("name") else "scenario")
+    if "extends" in values:
+        raise ConfigError(f"{path}: extends: is for files; in Python, take the keys of another one with **")
+    text = toml_text(values)
+    return _read(Table(path, "", tomllib.loads(text)), text.encode(), alone=False)
+
+
+def _read(data: Table, text: bytes, alone: bool) -> Scenario:
+    path = data.path
     data.take_schema()
     rc = data.get("rc", str, None)
-    seconds = data.get("seconds", float)
-    if seconds <= 0.0:
-        raise data.fail("seconds", f"expected a positive number, got {seconds}")
-    core = []
-    if data.has("core"):
-        for entry in data.tables("core"):
-            twist = BodyTwist(*(entry.get(key, float, 0.0) for key in ("vx_mps", "vy_mps", "omega_radps")))
-            core.append((round(entry.get("at_s", float) * 1000), twist))
-            entry.refuse_rest()
+    ticks = data.ticks("seconds", least=1)
+    core = [_read_core(entry) for entry in data.tables("core", optional=True)]
     sticks = [_read_sticks(entry) for entry in data.tables("stick", optional=True)]
     if sticks and rc is not None:
         raise data.fail("stick", "a run has one driver: give rc or [[stick]]")
     for key, times in (("core", [tick for tick, _ in core]), ("stick", [tick for tick, _ in sticks])):
-        if any(later <= earlier for earlier, later in pairwise(times)):
-            raise data.fail(key, "the times at_s must rise from entry to entry")
+        _refuse_times(data, key, times, ticks)
     name = data.get("name", str)
     seed = data.get("seed", int, 0)
     scenario = Scenario(
@@ -100,7 +121,7 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
         name=name,
         robot=data.get("robot", str, "m2006"),
         rc=path.parent / rc if rc is not None else None,
-        ticks=round(seconds * 1000),
+        ticks=ticks,
         core=tuple(core),
         sticks=tuple(sticks),
         profile=data.get("profile", str, None),
@@ -113,6 +134,7 @@ def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
         controller=data.get("controller", str, None),
         odometry=data.get("odometry", str, None),
         faults=tuple(map(read_fault, data.tables("fault", optional=True))),
+        text=text,
     )
     data.refuse_rest()
     for key, entries in (("fault", scenario.faults), ("expect", scenario.expectations)):
@@ -140,8 +162,27 @@ def _read_sticks(entry: Table) -> tuple[int, Sticks]:
         if not -1.0 <= value <= 1.0:
             raise entry.fail(key, f"expected -1 to 1, got {value}")
     buttons = {key: entry.get(key, bool, False) for key in ("aux1", "aux2")}
-    at_s = entry.get("at_s", float)
-    if at_s < 0.0:
-        raise entry.fail("at_s", f"expected 0 or more, got {at_s}")
+    at_tick = entry.ticks("at_s")
     entry.refuse_rest()
-    return round(1000 * at_s), Sticks(**axes, **buttons)
+    return at_tick, Sticks(**axes, **buttons)
+
+
+def _read_core(entry: Table) -> tuple[int, BodyTwist]:
+    twist = {key: entry.get(key, float, 0.0) for key in BodyTwist._fields}
+    for key, value in twist.items():
+        if abs(value) > MOST_ON_THE_WIRE:
+            raise entry.fail(key, f"expected -{MOST_ON_THE_WIRE} to {MOST_ON_THE_WIRE}, got {value:g}")
+    at_tick = entry.ticks("at_s")
+    entry.refuse_rest()
+    return at_tick, BodyTwist(**twist)
+
+
+def _refuse_times(data: Table, key: str, times: Sequence[int], end: int) -> None:
+    """Times run forwards, and what comes after the end of the run is a mistake."""
+    for number, (earlier, later) in enumerate(pairwise(times), 1):
+        if later <= earlier:
+            at = f"{later / 1000:g} s comes after {earlier / 1000:g} s"
+            raise data.fail(f"{key}[{number}].at_s", f"the times must rise from entry to entry: {at}")
+    if times and times[-1] >= end:
+        last = f"{key}[{len(times) - 1}].at_s"
+        raise data.fail(last, f"{times[-1] / 1000:g} s is not before the end of the run (seconds = {end / 1000:g})")

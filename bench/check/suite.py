@@ -5,17 +5,20 @@ A scenario that cannot be read or run is a result too, with its sentence: the ot
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from xml.etree import ElementTree as Xml
 
 from bench.check.expectations import Verdict
-from bench.check.run import from_scenario
+from bench.check.recording import Recorder
+from bench.check.run import Run, from_scenario
 from bench.check.summary import Summary
 from bench.errors import BenchError
+
+Given = TypeVar("Given")
 
 DRAWN_ROWS = 600
 """Rows of state that a picture gets, at most."""
@@ -83,15 +86,19 @@ def run_scenarios(
     paths: Sequence[Path], *, jobs: int, record: Path | None = None, overwrite: bool = False
 ) -> Iterator[Result]:
     """All of them, so many at a time; the results come in the order of the paths."""
+    yield from in_processes(partial(run_scenario, record=record, overwrite=overwrite), paths, jobs)
+
+
+def in_processes(one: Callable[[Given], Result], given: Sequence[Given], jobs: int) -> Iterator[Result]:
+    """One result for each of what is given, in that order, so many at a time."""
     import multiprocessing
 
-    one = partial(run_scenario, record=record, overwrite=overwrite)
-    if jobs == 1 or len(paths) == 1:
-        yield from map(one, paths)
+    if jobs == 1 or len(given) < 2:
+        yield from map(one, given)
         return
     # Fresh processes: a fork of a program that has threads or a screen is a risk.
-    with multiprocessing.get_context("spawn").Pool(min(jobs, len(paths))) as pool:
-        yield from pool.imap(one, paths)
+    with multiprocessing.get_context("spawn").Pool(min(jobs, len(given))) as pool:
+        yield from pool.imap(one, given)
 
 
 def junit_xml(results: Sequence[Result]) -> str:
@@ -117,11 +124,17 @@ def junit_xml(results: Sequence[Result]) -> str:
 
 def _run(path: Path, record: Path | None, overwrite: bool) -> Result:
     job = from_scenario(path)
+    recorder = job.recorder(record / path.stem, overwrite=overwrite) if record is not None else None
+    result = run_to_end(job, recorder)
+    return replace(result, path=str(path), rows=result.rows[:: max(1, len(result.rows) // DRAWN_ROWS)])
+
+
+def run_to_end(job: Run, recorder: Recorder | None = None) -> Result:
+    """Run it, record it, judge it. `rows` holds every row of state; the recording ends with it, whatever happens."""
     robot = job.bench.robot
     summary = Summary(len(robot.wheels))
     rows: list[tuple[float | int | str, ...]] = []
     spans: dict[str, list[int]] = {}
-    recorder = job.recorder(record / path.stem, overwrite=overwrite) if record is not None else None
     try:
         for block in job.blocks():
             summary.extend(block)
@@ -141,7 +154,7 @@ def _run(path: Path, record: Path | None, overwrite: bool) -> Result:
         if recorder is not None:
             recorder.close()
     return Result(
-        path=str(path),
+        path="",
         name=job.title,
         about=job.about,
         robot=robot.name,
@@ -152,5 +165,5 @@ def _run(path: Path, record: Path | None, overwrite: bool) -> Result:
         faults=tuple(FaultSpan(name, *span) for name, span in spans.items()),
         untouched=tuple(job.injector.untouched()) if job.injector else (),
         columns=job.bench.state_columns,
-        rows=tuple(rows[:: max(1, len(rows) // DRAWN_ROWS)]),
+        rows=tuple(rows),
     )

@@ -14,6 +14,7 @@ from bench.config.values import (
     ON_COMMAND_LOSS,
     PROTOCOLS,
     SLAMWARE_CHOICES,
+    Axis,
     Motor,
     Profile,
     Robot,
@@ -190,8 +191,15 @@ def check_profile(path: Path, profile: Profile) -> None:
     # Imported here: the codecs build on this package's neighbours, and only a whole profile names channels.
     from bench.rc_decode import channel_limits
 
-    last = len(channel_limits(profile.protocol)) - 1
+    limits = channel_limits(profile.protocol)
+    last = len(limits) - 1
     for name in ("forward", "right", "clockwise", "aux1", "aux2"):
         part = getattr(profile, name)
-        if part is not None and not 0 <= part.channel <= last:
+        if part is None:
+            continue
+        if not 0 <= part.channel <= last:
             raise fail(f"{name}.channel", f"{profile.protocol} has channels 0 to {last}, got {part.channel}")
+        key = "middle" if isinstance(part, Axis) else "pressed_from"
+        low, high = limits[part.channel]
+        if not low <= getattr(part, key) <= high:
+            raise fail(f"{name}.{key}", f"{profile.protocol} says {low} to {high}, got {getattr(part, key)}")

@@ -12,6 +12,9 @@ from typing import Any, TypeVar
 
 from bench.errors import UsageError
 
+MOST_S = 86_400.0
+"""A day: longer than any run, so that a slip of the keyboard is seen."""
+
 
 class ConfigError(UsageError):
     """A robot, profile or scenario file that cannot be right. The text is one sentence for the user."""
@@ -40,10 +43,16 @@ _KIND_NAMES = {str: "text", int: "a whole number", float: "a number", bool: "tru
 
 
 class Table:
-    """One TOML table with its address, so that every refusal says which file and which key."""
+    """One TOML table with its address, so that every refusal says which file and which key.
 
-    def __init__(self, path: Path, where: str, values: Mapping[str, Any]) -> None:
+    `origins` has key, or key[number], -> (file, address) of what stands in another file.
+    """
+
+    def __init__(
+        self, path: Path, where: str, values: Mapping[str, Any], origins: Mapping[str, tuple[Path, str]] | None = None
+    ) -> None:
         self.path = path
+        self.origins = origins or {}
         self.where = where
         self.values = dict(values)
         self.known: list[str] = []
@@ -54,7 +63,11 @@ class Table:
 
     def fail(self, name: str, what: str) -> ConfigError:
         """The error for one key of this table."""
-        return ConfigError(f"{self.path}: {self.key(name)}: {what}")
+        path, key = self._origin(self.key(name))
+        return ConfigError(f"{path}: {key}: {what}")
+
+    def _origin(self, key: str) -> tuple[Path, str]:
+        return self.origins.get(key, (self.path, key))
 
     def has(self, name: str) -> bool:
         """Whether the file gives this key, which is a known one from now on."""
@@ -85,6 +98,15 @@ class Table:
             raise self.fail(name, f"expected a finite number, got {value}")
         return value
 
+    def ticks(self, name: str, default: Any = MISSING, *, least: int = 0) -> Any:
+        """Take a time in seconds, as ticks of 1 ms; `least` of them at least."""
+        seconds = self.get(name, float, default)
+        if seconds is default:
+            return default
+        if not least / 1000.0 <= seconds <= MOST_S:
+            raise self.fail(name, f"expected {least / 1000.0:g} to {MOST_S:g} seconds, got {seconds:g}")
+        return round(1000.0 * seconds)
+
     def table(self, name: str, *, optional: bool = False) -> Table:
         """Take a table out of this one."""
         self.known.append(name)
@@ -93,7 +115,7 @@ class Table:
             raise self.fail(name, f"the table [{self.key(name)}] is missing")
         if not isinstance(value, dict):
             raise self.fail(name, f"expected a table [{self.key(name)}], got {value!r}")
-        return Table(self.path, self.key(name), value)
+        return Table(*self._origin(self.key(name)), value)
 
     def tables(self, name: str, *, optional: bool = False) -> list[Table]:
         """Take an array of tables, at least one long unless `optional`."""
@@ -101,7 +123,7 @@ class Table:
         value = self.values.pop(name, [] if optional else None)
         if not isinstance(value, list) or not (value or optional) or not all(isinstance(e, dict) for e in value):
             raise self.fail(name, f"expected at least one table [[{self.key(name)}]]")
-        return [Table(self.path, f"{self.key(name)}[{i}]", entry) for i, entry in enumerate(value)]
+        return [Table(*self._origin(f"{self.key(name)}[{i}]"), entry) for i, entry in enumerate(value)]
 
     def into(self, cls: type[_T], **ready: Any) -> _T:
         """Fill a dataclass from this table; keys that it does not have are errors."""
