@@ -12,22 +12,26 @@ from types import FrameType
 
 from textual import events
 from textual.app import App, ComposeResult
+from textual.driver import Driver
+from textual.drivers.linux_driver import LinuxDriver
 
 from bench.check.reading import Recording
 from bench.check.recording import Recorder
 from bench.check.run import Run
 from bench.check.summary import Summary
 from bench.errors import EXIT_FAILED, EXIT_OK
-from bench.io.clock import Pacer, WallPacer
+from bench.io.clock import Pacer, WallPacer, now_ns
 from bench.io.link import InlineLink, Taker
-from bench.screen.keyboard import Keyboard
+from bench.screen.keyboard import MOTION, Keyboard
 from bench.screen.lamp import GoldenLamp
 from bench.screen.panel import BACKGROUND, FOREGROUND, Panel
 from bench.screen.session import Session
+from bench.screen.terminal import BACKLOG, CursorReported, KeyReleased, KittyReported, Terminal, TerminalGone
+from bench.screen.terminal_watch import STALL_MS
 from bench.screen.view import PANELS, draw, places
 
 FRAMES_PER_S = 20
-ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 SIGNS = {"=": "+", "_": "-"}
 """What the keys of + and - give without, or with, shift."""
 
@@ -72,25 +76,98 @@ class Dashboard(App[None], inherit_bindings=False):
         """The keyboard belongs to another window now."""
         self.session.hands_off()
 
-    def on_key(self, event: events.Key) -> None:
-        """Every key ends here: there is nothing on the screen that could take one. The next frame shows its effect."""
-        event.stop()
-        if event.key == "ctrl+z":
-            self.action_suspend_process()
-            return
-        sign = event.character or ""
-        printed = len(sign) == 1 and sign.isprintable() and not sign.isspace()
-        self.session.key(SIGNS.get(sign, sign.lower()) if printed else event.key)
-        self._leave_if_over()
+    async def on_event(self, event: events.Event) -> None:
+        """Keys are taken before anything on the screen can, in the order in which they came with their releases.
+
+        A text field that is being typed in gets what is typed; Space stops the robot all the same.
+        """
+        if isinstance(event, events.Key) and not event.is_forwarded:
+            typing = self.focused is not None or len(self.screen_stack) > 1
+            stops = event.key.rpartition("+")[2] == "space"
+            if stops or not typing:
+                self._press("space" if stops else _name(event), event.time)
+            if not typing:
+                return
+        await super().on_event(event)
+
+    def on_key_released(self, message: KeyReleased) -> None:
+        """The terminal tells: this key is no longer held."""
+        self.session.let_go(message.key)
+
+    def on_kitty_reported(self, message: KittyReported) -> None:
+        """The terminal speaks Kitty's protocol: have it tell releases."""
+        terminal = self.terminal
+        if terminal is not None:
+            terminal.write(terminal.watch.kitty(message.flags, now_ns()))
+
+    def on_cursor_reported(self, message: CursorReported) -> None:
+        """The terminal is alive. What was held when it answered still is."""
+        terminal = self.terminal
+        if terminal is not None and terminal.watch.answered(message.row, message.column, now_ns()):
+            self.session.alive()
+
+    def on_terminal_gone(self, _: TerminalGone) -> None:
+        """Nobody will ever press Space again."""
+        self._asked_to_leave = True
+
+    @property
+    def terminal(self) -> Terminal | None:
+        """The terminal that can be asked whether it is alive; None in tests without one, and in a browser."""
+        return self._driver if isinstance(self._driver, Terminal) else None
+
+    def get_driver_class(self) -> type[Driver]:
+        """Ours in place of Textual's for terminals; any other (a browser's) as it is."""
+        driver = super().get_driver_class()
+        return Terminal if driver is LinuxDriver else driver
 
     def frame(self) -> None:
         """One frame: the ticks that are due, then the picture."""
         if self._asked_to_leave:
             self.session.leave()
         else:
+            self._look_after_terminal()
             self.session.frame()
         if not self._leave_if_over():
             self._draw()
+
+    def _press(self, key: str, at_s: float) -> None:
+        """A key that was received at that time. One that moves something is not heard if it may be an old one."""
+        if key == "ctrl+z":
+            self.action_suspend_process()
+            return
+        now = now_ns()
+        terminal = self.terminal
+        age_ms = int(now / 1e6 - at_s * 1e3)
+        if terminal is not None and terminal.watch.answers:
+            age_ms = max(age_ms, terminal.watch.age_ms(now))
+        if key in MOTION and age_ms > STALL_MS:
+            self.session.too_late(age_ms)
+        else:
+            self.session.key(key)
+        self._leave_if_over()
+
+    def _look_after_terminal(self) -> None:
+        """Ask it whether it is alive, and let go of everything when it does not answer or takes nothing."""
+        terminal, session = self.terminal, self.session
+        if terminal is None:
+            return
+        if terminal.continued:
+            terminal.take_again()
+            session.asleep()
+            self.refresh(layout=True)
+        now = now_ns()
+        watch = terminal.watch
+        if session.keyboard is not None:
+            session.keyboard.sticks.releases = watch.releases and watch.answers
+        if terminal.backlog <= BACKLOG:
+            terminal.write(watch.ask(now, self.size.width))
+            if terminal.lost_writes:
+                terminal.lost_writes = False
+                self.refresh(layout=True)
+        if watch.stalled(now):
+            session.silence(watch.age_ms(now))
+        elif terminal.backlog > BACKLOG:
+            session.hands_off()
 
     def _on_signal(self, number: int, stack: FrameType | None) -> None:
         """Only a mark: what a signal interrupts may be the middle of a tick."""
@@ -102,8 +179,8 @@ class Dashboard(App[None], inherit_bindings=False):
         return self.session.over
 
     def _draw(self) -> None:
-        if not self._panels:
-            return
+        if not self._panels or (self.terminal is not None and self.terminal.backlog > BACKLOG):
+            return  # a terminal that takes nothing is drawn for when it does again
         self.session.sight.size = self.size
         scene = self.session.scene()
         where = places(scene, *self.size)
@@ -112,6 +189,13 @@ class Dashboard(App[None], inherit_bindings=False):
             panel.put(place)
             if place is not None:
                 panel.show(draw(name, scene, place.width, place.height))
+
+
+def _name(event: events.Key) -> str:
+    """A lower-case letter, a sign as it is printed, or the name of a key without a character."""
+    sign = event.character or ""
+    printed = len(sign) == 1 and sign.isprintable() and not sign.isspace()
+    return SIGNS.get(sign, sign.lower()) if printed else event.key
 
 
 def drive(job: Run, keyboard: Keyboard, recorder: Recorder | None = None, pacer: Pacer | None = None) -> int:

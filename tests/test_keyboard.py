@@ -57,6 +57,103 @@ def test_a_key_grants_120_ms_to_the_tick():
     assert keys.sticks(1120) == Sticks()
 
 
+def test_in_slow_motion_a_lease_is_120_ms_of_the_wall_and_never_more_of_the_robot():
+    keys = KeySticks()
+    for rate, ticks in ((0.1, 12), (0.5, 60), (1.0, 120), (4.0, 120)):
+        keys.set_rate(rate)
+        keys.press("w", 0)
+        assert keys.sticks(ticks - 1) == Sticks(forward=0.5), rate
+        assert keys.sticks(ticks) == Sticks(), rate
+
+
+def test_where_releases_are_told_a_key_is_held_by_proofs_of_life_until_it_is_let_go():
+    keys = KeySticks()
+    keys.releases = True
+    keys.press("w", 0)
+    for tick in range(100, 1001, 100):
+        keys.alive(tick)
+        assert keys.sticks(tick + 119) == Sticks(forward=0.5)
+    keys.let_go("w")
+    assert keys.sticks(1001) == Sticks()
+
+
+def test_a_held_key_without_a_proof_ends_with_its_lease_and_does_not_come_back_by_itself():
+    keys = KeySticks()
+    keys.releases = True
+    keys.press("w", 0)
+    keys.alive(100)
+    assert keys.sticks(220) == Sticks()
+    keys.alive(230)
+    assert keys.sticks(231) == Sticks()
+    keys.press("w", 240)
+    assert keys.sticks(241) == Sticks(forward=0.5)
+
+
+def test_proofs_hold_nothing_where_releases_are_not_told():
+    keys = KeySticks()
+    keys.press("w", 0)
+    keys.alive(100)
+    assert keys.sticks(120) == Sticks()
+
+
+def test_no_key_is_held_longer_than_a_second_without_a_sign_of_the_keyboard():
+    """A program in between could answer for ever for a terminal that is gone; repeats it cannot make up."""
+    keys = KeySticks()
+    keys.releases = True
+    keys.press("w", 0)
+    held = 0
+    for tick in range(3000):
+        if tick % 50 == 0:
+            keys.alive(tick)
+        held += any(keys.sticks(tick))
+    assert held == 1120
+    keys.press("w", 3000)
+    keys.press("q", 3050)
+    for tick in range(3100, 5001, 50):
+        keys.press("q", tick)  # the repeats of one key stand for the keyboard
+        keys.alive(tick)
+    assert keys.sticks(5000) == Sticks(forward=0.5, turn=0.5)
+
+
+def test_of_two_opposite_keys_the_one_pressed_last_counts_and_the_other_comes_back_when_it_is_let_go():
+    keys = KeySticks()
+    keys.releases = True
+    keys.press("w", 0)
+    keys.press("s", 50)
+    assert keys.sticks(60) == Sticks(forward=-0.5)
+    keys.let_go("s")
+    assert keys.sticks(60) == Sticks(forward=0.5)
+
+
+@given(
+    delay_ms=st.integers(250, 660),
+    rate_hz=st.integers(10, 40),
+    jitter_ms=st.integers(0, 40),
+    repeats=st.integers(0, 12),
+    key=st.sampled_from(MOTION_KEYS),
+    seed=st.randoms(use_true_random=False),
+)
+@settings(max_examples=6)
+def test_zero_twist_is_commanded_at_most_150_ms_after_the_last_sign_of_a_key(
+    delay_ms, rate_hz, jitter_ms, repeats, key, seed
+):
+    """A key as terminals send it, no release. Measured on the twist that the base asks of its wheels, tick by tick."""
+    desk = Desk().arm()
+    desk.press(key)
+    for repeat in range(repeats):
+        desk.run(max(1, (round(1000 / rate_hz) if repeat else delay_ms) + seed.randint(-jitter_ms, jitter_ms)))
+        desk.press(key)
+    last = desk.bench.now_tick
+    moved = False
+    while desk.bench.now_tick < last + 150:
+        desk.run(1)
+        moved = moved or any(desk.bench.base.wanted_radps)
+    assert moved, "it drove"
+    for _ in range(100):
+        desk.run(1)
+        assert not any(desk.bench.base.wanted_radps)
+
+
 @pytest.mark.parametrize(
     ("key", "sticks"),
     [

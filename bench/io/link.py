@@ -128,11 +128,13 @@ class InlineLink:
             self.see(self.newest_tick)
         self.pacer.restart()
 
+    def due(self) -> int:
+        """How many ticks may run now."""
+        return 0 if self.paused or self.ended else self.pacer.due(self.bench.now_tick)
+
     def advance(self) -> int:
         """Run what is due; how many ticks that was. Raises BenchStopped, or what a taker raised, with all closed."""
-        if self.paused or self.ended:
-            return 0
-        return self.run(self.pacer.due(self.bench.now_tick))
+        return self.run(self.due())
 
     def run(self, ticks: int) -> int:
         """Run so many ticks, due or not, but none after the end; how many that was. Raises like `advance`."""

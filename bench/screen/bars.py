@@ -21,7 +21,8 @@ from bench.screen.text import (
 )
 
 HELP_AND_QUIT: Line = [("  ?", KEY), (" help", LABEL), ("  Esc", KEY), (" quit", LABEL)]
-STOP: Line = [("Space", KEY), (" STOP", WARN)]
+STOP: Line = [(" SPACE STOP ", BAD_BADGE)]
+"""On every page and in every mode, in the same place."""
 
 
 def title(scene: Scene, width: int, height: int) -> list[Line]:

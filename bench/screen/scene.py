@@ -34,6 +34,8 @@ class Hands:
     transmitter_on: bool | None
     """None where the robot takes no RC."""
     core_asks: bool
+    releases: bool = False
+    """Whether the terminal tells when a key is let go."""
 
 
 @dataclass(frozen=True, slots=True)

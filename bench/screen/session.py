@@ -16,6 +16,8 @@ from bench.screen.scene import Hands, Pace, Replay, Scene
 from bench.screen.sight import sight_of
 
 NOTICE_FRAMES = 50
+ABANDONED_MS = 1000
+"""A terminal that has not answered for so long has nobody at it: the robot is disarmed, not only let go."""
 RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 REST_TICKS = 1500
 """Leaving a drive, the bench runs on until its base has disarmed, at most so long: a lost link takes half a second."""
@@ -90,6 +92,33 @@ class Session:
         elif key in ("escape", "ctrl+q", "ctrl+c"):
             self.leave()
 
+    def let_go(self, key: str) -> None:
+        """The terminal says that a key is no longer held."""
+        if self.keyboard is not None and not self.over:
+            self._advance()
+            self.keyboard.sticks.let_go(key)
+
+    def too_late(self, age_ms: int) -> None:
+        """A key that moves something has come, but it may have been pressed so long ago."""
+        self._say(f"not heard: the connection is {age_ms} ms late")
+
+    def alive(self) -> None:
+        """The terminal has proved that it is there, and that whoever holds a key still holds it."""
+        if self.keyboard is not None and not self.over:
+            self._advance()
+            self.keyboard.sticks.alive(self.link.now_tick)
+
+    def silence(self, age_ms: int) -> None:
+        """The terminal used to answer and has not for so long: nobody knows what the hands do."""
+        keyboard = self.keyboard
+        if keyboard is None or self.over:
+            return
+        self.hands_off()
+        if not self._notice:
+            self._say("the terminal does not answer: sticks at rest, and nothing that moves is heard")
+        if age_ms > ABANDONED_MS and self.link.latest().armed:
+            keyboard.stop(self.link.now_tick, True)
+
     def hands_off(self) -> None:
         """Nobody is at the keys: another window has them, or the program was asleep."""
         if self.keyboard is not None:
@@ -121,7 +150,8 @@ class Session:
         hands = replay = None
         if keyboard is not None:
             on = keyboard.transmitter.on if keyboard.transmitter is not None else None
-            hands = Hands(keyboard.sticks.power_percent, on, keyboard.core_asks)
+            releases = keyboard.sticks.releases
+            hands = Hands(keyboard.sticks.power_percent, on, keyboard.core_asks, releases=releases)
         elif self._job is not None:
             verdict = self._lamp.text if self._lamp is not None else ""
             replay = Replay(self._job.title, self._job.ticks, verdict, self._result)
@@ -161,13 +191,16 @@ class Session:
         if self._result:
             self._say("the run has ended")
             return
-        self.hands_off()
+        if self.keyboard is not None:
+            self.keyboard.sticks.release()
         self.link.pause(not self.link.paused)
 
     def _change_rate(self, step: int) -> None:
         pacer = self.link.pacer
         nearest = min(range(len(RATES)), key=lambda i: abs(RATES[i] - pacer.rate))
         pacer.set_rate(RATES[max(0, min(len(RATES) - 1, nearest + step))])
+        if self.keyboard is not None:
+            self.keyboard.sticks.set_rate(pacer.rate)
         self._say(f"time runs ×{pacer.rate:g}")
 
     def _say(self, notice: str) -> None:
@@ -180,15 +213,15 @@ class Session:
             return
         slipped = link.pacer.slipped_ticks
         try:
-            link.advance()
+            due = link.due()
+            if link.pacer.slipped_ticks != slipped:
+                self.hands_off()  # away for longer than a burst: no key is held any more
+            link.run(due)
             if link.ended:
                 self._end()
         except Exception as error:  # raised again by whoever started the screen, once the terminal is back
             self.failure = error
             self.over = True
-            return
-        if link.pacer.slipped_ticks != slipped:
-            self.hands_off()  # away for longer than a burst: no key is held any more
 
     def _end(self) -> None:
         """The run that is shown has come to its last tick."""

@@ -1,0 +1,115 @@
+"""A terminal as a program sees it: a real pty, with the answers that a real one gives. Which ones, a test says."""
+
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+DEADLINE_S = 30.0
+_QUERY = re.compile(rb"\x1b\[(\d+);(\d+)H\x1b\[6n|\x1b\[\?u|\x1b\[=(\d+);1u|\x1b\[>(\d+)u|\x1b\[<u")
+
+
+class PtyTerminal:
+    """`answers`: it tells where its cursor is. `kitty`: it knows that keyboard protocol, flags and all."""
+
+    def __init__(self, *command, answers=True, kitty=False, knows=27, size=(24, 80), env=()):
+        self.answers, self.kitty, self.knows = answers, kitty, knows
+        self.flags = [0]
+        self.output = b""
+        self._seen = 0
+        self.master, slave = pty.openpty()
+        os.set_blocking(self.master, False)
+        self._size(slave, *size)
+        clean = {name: value for name, value in os.environ.items() if name not in ("TMUX", "STY", "COLUMNS", "LINES")}
+        self.child = subprocess.Popen(
+            [sys.executable, *map(str, command)], stdin=slave, stdout=slave, stderr=slave, cwd=ROOT,
+            env=clean | {"TERM": "xterm-256color", **dict(env)}, start_new_session=True,
+        )  # fmt: skip
+        os.close(slave)
+
+    @staticmethod
+    def _size(descriptor, rows, columns):
+        import fcntl
+        import struct
+        import termios
+
+        fcntl.ioctl(descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+
+    def type(self, data):
+        end = time.monotonic() + DEADLINE_S
+        while data:
+            assert time.monotonic() < end, f"the program does not read\n{self.output[-2000:]!r}"
+            assert self.child.poll() is None, f"the program has ended: {self.output[-3000:]!r}"
+            if select.select([], [self.master], [], 0.05)[1]:
+                data = data[os.write(self.master, data) :]
+
+    def serve(self, seconds):
+        """Be a terminal for so long: take what is written, answer what is asked."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            if self.master is None or not select.select([self.master], [], [], left)[0]:
+                continue
+            try:
+                data = os.read(self.master, 65536)
+            except OSError:
+                return
+            self.output += data
+            self._reply()
+
+    def _reply(self):
+        for match in _QUERY.finditer(self.output, self._seen):
+            self._seen = match.end()
+            row, column, set_to, pushed = match.groups()
+            if row:
+                if self.answers:
+                    self.type(b"\x1b[%s;%sR" % (row, column))
+            elif not self.kitty:
+                continue
+            elif set_to:
+                self.flags[-1] = int(set_to) & self.knows
+            elif pushed:
+                self.flags.append(int(pushed) & self.knows)
+            elif match.group() == b"\x1b[<u":
+                self.flags[:] = self.flags[:-1] or [0]
+            else:
+                self.type(b"\x1b[?%du" % self.flags[-1])
+
+    def wait_for(self, text, since=0):
+        wanted, end = text.encode(), time.monotonic() + DEADLINE_S
+        while wanted not in self.output[since:]:
+            assert time.monotonic() < end, f"not within {DEADLINE_S:g} s: {text}\n{self.output[-2000:]!r}"
+            assert self.child.poll() is None, f"the program has ended: {self.output[-3000:]!r}"
+            self.serve(0.05)
+
+    def wait_until(self, condition, what):
+        end = time.monotonic() + DEADLINE_S
+        while not condition():
+            assert time.monotonic() < end, f"not within {DEADLINE_S:g} s: {what}\n{self.output[-2000:]!r}"
+            self.serve(0.02)
+
+    def ended(self):
+        """The exit status, once the program has ended by itself."""
+        end = time.monotonic() + DEADLINE_S
+        while self.child.poll() is None:
+            assert time.monotonic() < end, f"the program does not end\n{self.output[-2000:]!r}"
+            self.serve(0.05)
+        self.serve(0.05)
+        return self.child.returncode
+
+    def vanish(self):
+        """The window is closed."""
+        os.close(self.master)
+        self.master = None
+
+    def close(self):
+        if self.child.poll() is None:
+            os.kill(self.child.pid, signal.SIGKILL)
+            self.child.wait()
+        if self.master is not None:
+            os.close(self.master)
