@@ -94,7 +94,7 @@ def test_a_drive_from_start_to_end(terminal, tmp_path):
     terminal.wait_for("not armed since boot")
     first = terminal.wait("feedback on the screen", lambda screen: "rpm/mA" in screen)
     assert "m2006, uart12" in first.splitlines()[0]
-    assert "Space STOP  ? help  Esc quit" in first.splitlines()[23]
+    assert " SPACE STOP   ? help  Esc quit" in first.splitlines()[23]
     terminal.keys("Enter")
     terminal.wait_for(" ARMED ")
 

@@ -101,7 +101,7 @@ def test_the_whole_screen_at_120x40_has_headings_and_room():
     assert rows[27] == "" == rows[32]
     assert rows[33].split() == ["wire", "ago", "last", "frame"]
     assert "field-centric" not in rows[39]
-    assert rows[39].endswith("Space STOP  ? help  Esc quit")
+    assert rows[39].endswith(" SPACE STOP   ? help  Esc quit")
 
 
 def test_colour_is_never_all_that_tells():

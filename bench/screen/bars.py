@@ -7,6 +7,7 @@ from bench.screen.scene import Hands, Scene
 from bench.screen.text import (
     BAD_BADGE,
     GOOD,
+    GOOD_BADGE,
     KEY,
     LABEL,
     PLAIN,
@@ -88,11 +89,10 @@ def progress(scene: Scene, width: int, height: int) -> list[Line]:
 def footer(scene: Scene, width: int, height: int) -> list[Line]:
     """The keys, or for a moment a sentence about the last one. How to stop is always there."""
     hands = scene.hands
-    always = HELP_AND_QUIT if hands is None else STOP + HELP_AND_QUIT
+    always = HELP_AND_QUIT if hands is None else _arm(scene) + STOP + HELP_AND_QUIT
     if scene.notice:
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
     if hands is None:
-        pause = "go on" if scene.pace.paused else "pause"
         pause = "go on" if scene.pace.paused else "pause"
         return [both_ends(_keys(("P", pause), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]
     line = _drive_keys(scene, hands, long=True)
@@ -101,16 +101,21 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     return [both_ends(line, always, width)]
 
 
+def _arm(scene: Scene) -> Line:
+    """What Enter does, as large as a line can say it."""
+    words = (" ENTER disarm ", WARN_BADGE) if scene.snapshot.armed else (" ENTER arm    ", GOOD_BADGE)
+    return [words, (" ", LABEL)]
+
+
 def _drive_keys(scene: Scene, hands: Hands, *, long: bool) -> Line:
     """Each key with what it would do, or what it has set: the words keep their width, so that nothing jumps."""
     power = f"{hands.power_percent} %"
-    arm = "disarm" if scene.snapshot.armed else "arm   "
     radio = {None: "none", True: "on ", False: "OFF"}[hands.transmitter_on]
     if not long:
-        return _keys(("WASDQE", power), ("Enter", arm), ("T", f"radio {radio}"), ("C", "arc"))
+        return _keys(("WASDQE", power), ("T", f"radio {radio}"))
     drive, transmitter = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}")
     core = ("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")
-    return _keys(drive, ("Enter", arm), transmitter, core, ("Z", "follow"))
+    return _keys(drive, transmitter, core, ("Z", "follow"))
 
 
 def _keys(*keys: tuple[str, str]) -> Line:

@@ -332,7 +332,7 @@ def _numbers(text: str) -> list[int] | None:
 
 def _key(rest: str, end: str) -> Key | None:
     fields = [_numbers(field) for field in rest.split(";")]
-    if len(fields) > 3 or any(field is None for field in fields) or fields[1:2] and len(fields[1] or ()) > 2:
+    if len(fields) > 3 or any(field is None for field in fields) or (fields[1:2] and len(fields[1] or ()) > 2):
         return None
     first, modified, typed = ([field or [0] for field in fields] + [[0], [0]])[:3] if fields else ([0], [0], [0])
     kind = _KINDS.get(modified[1] if len(modified) > 1 else 1)
