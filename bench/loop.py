@@ -15,7 +15,7 @@ from bench.arena import FIELD, ORIGIN, Arena
 from bench.base import Base, ControlledBase
 from bench.canbus.watch import Finding
 from bench.config import Robot, load_robot
-from bench.messages import STATE_PERIOD_TICKS, Pose, Snapshot, TickInput, TickOutput
+from bench.messages import STATE_PERIOD_TICKS, ZERO_TWIST, Pose, Snapshot, TickInput, TickOutput
 from bench.noise import SILENT, Noise
 from bench.odometry import wrap
 from bench.plant import Plant
@@ -69,7 +69,7 @@ class Bench:
         return tuple(finding.text for finding in sorted(found.values(), key=lambda finding: finding.first_tick))
 
     def snapshot(self) -> Snapshot:
-        """What a screen shows of the bench at this instant. Raises TypeError for a foreign base."""
+        """What a screen shows of the bench at this instant; of a foreign base, what its wires and the plant tell."""
         return _snapshot(self)
 
     def believed_pose(self, base: Base) -> Pose:
@@ -124,7 +124,7 @@ def simulated_motors(robot: Robot, arena: Arena = FIELD, noise: Noise = SILENT) 
 def _snapshot(bench: Bench) -> Snapshot:
     base, plant = bench.base, bench.world.plant
     if not isinstance(base, Base):
-        raise TypeError("a snapshot needs our own base; a foreign one shows only its wires")
+        return _foreign_snapshot(bench)
     link, drive, last_tick = base.link, base.drive, bench.now_tick - 1
     return Snapshot(
         tick=bench.now_tick,
@@ -155,6 +155,37 @@ def _snapshot(bench: Bench) -> Snapshot:
         slip_limit_radps=bench.robot.limits.slip_radps,
         odometry_source=base.reckoning.source if base.reckoning else DRIVEN_WHEELS,
         heading_source=base.reckoning.heading_source if base.reckoning else DRIVEN_WHEELS,
+    )
+
+
+def _foreign_snapshot(bench: Bench) -> Snapshot:
+    """Nobody can look into a foreign base: where it believes to be, and what it means to do, are not shown."""
+    plant, wheels = bench.world.plant, bench.robot.wheels
+    return Snapshot(
+        tick=bench.now_tick,
+        pose=plant.pose,
+        twist=plant.twist,
+        odometry=plant.pose,
+        link="foreign base",
+        link_reason="this base is not ours: it is seen by its wires",
+        link_age_ms=None,
+        armed=False,
+        why_disarmed="only this base knows whether it is armed",
+        driver="foreign base",
+        field_centric=False,
+        sticks=(0.0, 0.0, 0.0),
+        rc_frame=None,
+        rc_frames=0,
+        rc_noise_bytes=0,
+        wheel_names=tuple(wheel.name for wheel in wheels),
+        wheel_wanted_radps=(0.0,) * len(wheels),
+        wheel_radps=tuple(plant.wheel_speeds_radps),
+        wheel_current_a=tuple(plant.currents_a),
+        current_limit_a=bench.robot.limits.current_a,
+        core_alive=False,
+        core_connected=False,
+        core_twist=ZERO_TWIST,
+        bus_findings=bench.bus_findings,
     )
 
 

@@ -21,7 +21,7 @@ ONLY_IN = {
     "datetime": (),
     "random": ("check/faulty.py",),  # a seeded generator for each fault
     "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
-    "signal": ("cli/headless.py", "tui.py"),
+    "signal": ("cli/headless.py", "tui.py", "io/process_link.py"),
     "asyncio": (),
     "numpy": ("check/",),  # whole logs at once; never in the tick, where the last bit would be a library's
     "pytest": ("pytest_plugin.py",),

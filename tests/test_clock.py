@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.io.clock import FreePacer, WallPacer, now_ns
+from bench.io.clock import FreePacer, Lateness, Metronome, WallPacer, now_ns
 
 MS = 1_000_000
 
@@ -147,3 +147,84 @@ def test_the_real_clock_never_goes_back():
 def test_a_free_pacer_always_grants_its_burst():
     pacer = FreePacer(17)
     assert [pacer.due(0), pacer.due(17)] == [17, 17]
+
+
+# --- the metronome -----------------------------------------------------------------------------------------------
+
+
+class Sleeper(Clock):
+    """A clock that passes while somebody sleeps, `oversleeps_us` too long, and a little at every look."""
+
+    oversleeps_us = 0
+    slept_us = 0.0
+
+    def __call__(self):
+        self.ns += 100
+        return self.ns
+
+    def sleep(self, seconds):
+        self.slept_us += seconds * 1e6
+        self.ns += round(seconds * 1e9) + 1000 * self.oversleeps_us
+
+
+def ticking(**options):
+    clock = Sleeper()
+    return Metronome(read_ns=clock, sleep=clock.sleep, **options), clock
+
+
+def test_deadlines_do_not_drift():
+    metronome, clock = ticking()
+    start = clock.ns
+    for _ in range(1000):
+        metronome.wait()
+        clock.pass_ms(0.3)
+    assert clock.ns - start == pytest.approx(1000 * MS + 0.3 * MS, abs=2000)
+    assert metronome.lateness.facts()["max_us"] < 1
+
+
+def test_late_ticks_are_due_at_once_and_counted_each():
+    metronome, clock = ticking()
+    metronome.wait()
+    clock.pass_ms(3.5)
+    late = [metronome.wait() for _ in range(4)]
+    assert [round(one / MS, 1) for one in late] == [2.5, 1.5, 0.5, 0.0]
+    assert not metronome.is_behind
+    assert metronome.lateness.over_1_ms == 2
+
+
+def test_what_is_far_behind_slips():
+    metronome, clock = ticking()
+    metronome.wait()
+    clock.pass_ms(1000)
+    metronome.wait()
+    assert metronome.slipped_ticks == 999
+    metronome.wait()
+    assert metronome.lateness.ticks == 3
+
+
+def test_spinning_is_given_up_where_it_is_of_no_use():
+    metronome, clock = ticking()
+    metronome.wait()
+    assert clock.slept_us == pytest.approx(950, abs=2), "it wakes a little before"
+    clock.oversleeps_us = 400
+    metronome.wait()
+    clock.oversleeps_us = 0
+    metronome.wait()
+    clock.slept_us = 0
+    metronome.wait()
+    assert clock.slept_us == pytest.approx(1000, abs=2), "after a miss it sleeps to the deadline"
+    for _ in range(2500):
+        metronome.wait()
+    clock.slept_us = 0
+    metronome.wait()
+    assert clock.slept_us < 995, "and tries again after a calm while"
+
+
+def test_percentiles_of_lateness_by_hand():
+    lateness = Lateness()
+    assert lateness.facts()["p99_us"] == 0.0
+    for late_us in [*range(1, 100), 5000]:
+        lateness.add(late_us * 1000)
+    facts = lateness.facts()
+    assert (facts["p50_us"], facts["p99_us"], facts["max_us"]) == (51.0, 100.0, 5000.0)
+    assert (facts["p999_us"], facts["over_1_ms_percent"]) == (5000.0, 1.0)

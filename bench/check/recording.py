@@ -72,6 +72,8 @@ class RunInfo:
     """How bad the motors' feedback was made; None: it was not."""
     noise_late_ticks: int | None = None
     noise_loss_ppm: int | None = None
+    role: str | None = None
+    """Which part was real, where one was: `base`, `core` or `motors`."""
     tick_us: int = TICK_US
     state_period_ticks: int = STATE_PERIOD_TICKS
     wheelbench: str = __version__

@@ -16,6 +16,7 @@ ABOUT = {
     "escs": "the motors of a robot on a CAN bus: C610 or DM3519 ESCs with motors, wheels and plant",
     "slcan": "an SLCAN (LAWICEL) adapter on a serial line, with a robot's motors or another bus behind it",
     "base": "a robot base that a SLAMWARE core drives over a serial line",
+    "firmware": "our own base controller on real wires: an RC and a SLAMWARE line in, a CAN bus of motors out",
     "core": "a SLAMWARE core that drives a base over a serial line",
     "receiver": "an RC receiver on a serial line, with any protocol that we speak",
 }
@@ -36,7 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     behind.add_argument("--bus", metavar="ADDRESS", help="the adapter is a way to this bus: can:socketcan:can0 ...")
     for name in ("base", "core", "receiver"):
         made[name].add_argument("address", metavar="ADDRESS", help="pty:, serial:/dev/ttyUSB0?baud=115200 ...")
-    for name, default in (("escs", "m2006"), ("base", "slamware-a")):
+    made["firmware"].add_argument("--can", metavar="ADDRESS", required=True, help="the bus of its motors")
+    made["firmware"].add_argument("--rc", metavar="ADDRESS", help="where its RC receiver is")
+    made["firmware"].add_argument("--slamware", metavar="ADDRESS", help="where its SLAMWARE core is")
+    for name, default in (("escs", "m2006"), ("base", "slamware-a"), ("firmware", "m2006")):
         made[name].add_argument("--robot", metavar="R", default=default, help=f"a name or a .toml file ({default})")
     asks = made["core"].add_mutually_exclusive_group()
     asks.add_argument("--twist", metavar="VX,VY,OMEGA", help="what it asks for: m/s, m/s, rad/s (0.1,0,0)")
@@ -168,6 +172,24 @@ def _base(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     return [BaseOnLine(robot, line)], _told(f"SLAMWARE base {robot.name} on", args.address, line.where, line.note)
 
 
+def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
+    from bench.config import load_robot
+    from bench.io.can_port import open_can
+    from bench.io.emulated.devices import FirmwareOnPorts
+    from bench.io.serial_port import open_serial
+    from bench.rc.line import USUAL
+
+    for address in (args.can, args.rc, args.slamware):
+        _refuse_sim(address)
+    robot = load_robot(args.robot)
+    bus = open_can("--can", args.can)
+    rc = open_serial("--rc", args.rc, USUAL[robot.rc.protocol]) if args.rc and robot.rc else None
+    slamware = open_serial("--slamware", args.slamware) if args.slamware else None
+    where = ", ".join(port.where or port.name for port in (bus, rc, slamware) if port is not None)
+    device = FirmwareOnPorts(robot, bus, rc, slamware)
+    return [device], _told(f"base controller of {robot.name} on", where, "", bus.note)
+
+
 def _core(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.errors import UsageError
     from bench.io.emulated.devices import CoreOnLine
@@ -202,6 +224,7 @@ _BUILD: Mapping[str, Callable[[argparse.Namespace], tuple[list[Device], dict[str
     "escs": _escs,
     "slcan": _slcan,
     "base": _base,
+    "firmware": _firmware,
     "core": _core,
     "receiver": _receiver,
 }
@@ -212,7 +235,7 @@ def _told(what: str, address: str, where: str, note: str) -> dict[str, object]:
     return {"what": what, "where": where or address, "note": f"({note})" if note else ""}
 
 
-def _refuse_sim(address: str) -> None:
+def _refuse_sim(address: str | None) -> None:
     from bench.errors import UsageError
 
     if address == "sim:":

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 
 from bench.cli.choices import add_choices
+from bench.cli.on_ports import add_role, run_on_ports
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,10 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--can",
         metavar="FROM",
         default="sim:",
-        help="sim: (default), recorded (a recording's own feedback instead of the plant's), or can:virtual:NAME",
+        help="sim: (default), recorded (a recording's own feedback instead of the plant's), or the address of a bus",
     )
-    parser.add_argument("--rc", metavar="PORT", default="sim:", help="sim: (default) or pty: (through a real pty pair)")
-    parser.add_argument("--slamware", metavar="PORT", default="sim:", help="sim: (default) or pty:")
+    parser.add_argument(
+        "--rc", metavar="PORT", default="sim:", help="sim: (default), pty: or any address (docs/ports.md)"
+    )
+    parser.add_argument("--slamware", metavar="PORT", default="sim:", help="the same for the core's line")
+    add_role(parser)
     add_choices(parser)
     parser.add_argument("--record", metavar="DIR", type=Path, help="write a recording; of several, one in DIR for each")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
@@ -69,6 +73,8 @@ def run(args: argparse.Namespace) -> int:
         odometry=args.odometry,
         arena=args.arena,
     )
+    if args.role != "sim":
+        return run_on_ports(args, job)
     # A recording is its own golden: run again from its inputs, it must come out the same.
     golden = args.golden or (job.source.directory if job.source else None)
     if golden is not None:
@@ -113,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
 
 _ALONE = {
     "robot": None, "arena": None, "profile": None, "protocol": None, "period_ms": None, "can": "sim:", "rc": "sim:",
-    "slamware": "sim:", "controller": None, "odometry": None, "golden": None,
+    "slamware": "sim:", "role": "sim", "arm": False, "controller": None, "odometry": None, "golden": None,
 }  # fmt: skip
 """What goes with a single source, and its default."""
 

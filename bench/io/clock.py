@@ -5,6 +5,9 @@ A pacer says how many ticks may run now. It knows nothing of benches: `due(done)
 
 from __future__ import annotations
 
+import ctypes
+import gc
+import sys
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -120,6 +123,130 @@ class FreePacer:
     def due(self, done: int) -> int:
         """The burst."""
         return self._burst
+
+
+MOST_SPIN_NS = 50_000
+"""Woken this much before a deadline, a quiet machine is on time to the microsecond; a busy one charges the spinner."""
+MISSED_NS = 300_000
+CALM_TICKS, MOST_CALM_TICKS = 1000, 64_000
+SLIP_NS = BURST_TICKS * TICK_NS
+LONGEST_LATE_US = 50_000
+_PR_SET_TIMERSLACK = 29
+
+
+class Lateness:
+    """How late ticks began, counted by whole microseconds; in bounded memory."""
+
+    def __init__(self) -> None:
+        self.ticks = 0
+        self.most_us = 0.0
+        self.over_1_ms = 0
+        self._counts = [0] * (LONGEST_LATE_US + 1)
+
+    def add(self, late_ns: int) -> None:
+        """One more tick."""
+        self.ticks += 1
+        self._counts[min(late_ns // 1000, LONGEST_LATE_US)] += 1
+        if late_ns > 1000 * self.most_us:
+            self.most_us = late_ns / 1000
+        if late_ns > TICK_NS:
+            self.over_1_ms += 1
+
+    def percentile_us(self, percent: float) -> float:
+        """So many percent of the ticks were at most this late, to the microsecond above; 0 before the first."""
+        if not self.ticks:
+            return 0.0
+        wanted, seen = percent / 100.0 * self.ticks, 0
+        for late_us, count in enumerate(self._counts):
+            seen += count
+            if seen >= wanted:
+                return min(late_us + 1.0, self.most_us)
+        return self.most_us
+
+    def facts(self) -> dict[str, float]:
+        """The usual figures; `over_1_ms_percent` is the share of ticks later than a whole tick."""
+        share = 100.0 * self.over_1_ms / self.ticks if self.ticks else 0.0
+        return {
+            "ticks": self.ticks,
+            "p50_us": self.percentile_us(50.0),
+            "p99_us": self.percentile_us(99.0),
+            "p999_us": self.percentile_us(99.9),
+            "max_us": round(self.most_us, 1),
+            "over_1_ms_percent": round(share, 4),
+        }
+
+
+class Metronome:
+    """Absolute deadlines, a millisecond apart: `wait` for each. It sleeps to just before it and spins the rest.
+
+    Spinning is given up where it makes things worse: after a miss it is off, and comes back the later the more often
+    it was. What is behind by more than a quarter of a second slips and is counted.
+    """
+
+    def __init__(
+        self, read_ns: Callable[[], int] = now_ns, sleep: Callable[[float], None] = time.sleep, spin: bool = True
+    ) -> None:
+        self.lateness = Lateness()
+        self.window_us = 0.0
+        """The most since somebody set this to 0."""
+        self.slipped_ticks = 0
+        self._read_ns, self._sleep = read_ns, sleep
+        self._most_spin_ns = MOST_SPIN_NS if spin else 0
+        self._spin_ns = self._most_spin_ns
+        self._calm, self._calm_needed = 0, CALM_TICKS
+        self.restart()
+
+    def restart(self) -> None:
+        """Count from now on."""
+        self._deadline_ns = self._read_ns() + TICK_NS
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether the next deadline has passed already."""
+        return self._read_ns() >= self._deadline_ns
+
+    def wait(self) -> int:
+        """Until the next deadline; by how many ns it was missed."""
+        read_ns, deadline_ns = self._read_ns, self._deadline_ns
+        left_ns = deadline_ns - read_ns()
+        if left_ns > self._spin_ns:
+            self._sleep((left_ns - self._spin_ns) / 1e9)
+        now = read_ns()
+        while now < deadline_ns:
+            now = read_ns()
+        late_ns = now - deadline_ns
+        self.lateness.add(late_ns)
+        self._deadline_ns = deadline_ns + TICK_NS
+        if late_ns > 1000 * self.window_us:
+            self.window_us = late_ns / 1000
+        if late_ns > MISSED_NS:
+            self._missed(late_ns)
+        elif self._spin_ns < self._most_spin_ns:
+            self._calm += 1
+            if self._calm >= self._calm_needed:
+                self._calm, self._spin_ns = 0, min(self._most_spin_ns, self._spin_ns + 10_000)
+        return late_ns
+
+    def _missed(self, late_ns: int) -> None:
+        if self._spin_ns:
+            self._calm_needed = min(2 * self._calm_needed, MOST_CALM_TICKS)
+        self._spin_ns = self._calm = 0
+        if late_ns > SLIP_NS:
+            slip = late_ns // TICK_NS
+            self.slipped_ticks += slip
+            self._deadline_ns += slip * TICK_NS
+
+
+def be_punctual() -> None:
+    """What a process needs that shall be woken on time: no timer slack (50 us by default), no garbage collection.
+
+    A tick makes no cycles, so nothing piles up; whoever makes some collects at a moment of their own.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
 def wait_ns(duration_ns: int) -> None:

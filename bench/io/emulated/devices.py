@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bench.base import RC_PAUSE_US
+from bench.base import RC_PAUSE_US, Base
 from bench.config import Robot
 from bench.io.can_port import CanPort
 from bench.io.serial_port import PacedWriter, SerialPort
@@ -101,6 +101,48 @@ class BaseOnLine:
     def close(self) -> None:
         """Give the line back."""
         self.line.close()
+
+
+class FirmwareOnPorts:
+    """Our own base controller as a firmware on a bench: RC and SLAMWARE lines in, a CAN bus of motors out. For whoever
+    wants to see the role `base` work before their own firmware does.
+    """
+
+    def __init__(self, robot: Robot, bus: CanPort, rc: SerialPort | None, slamware: SerialPort | None) -> None:
+        self.base = Base(robot)
+        self.bus, self.rc, self.slamware = bus, rc, slamware
+        self.commands = self.feedback = 0
+        """Frames."""
+
+    def step(self, tick: int) -> None:
+        """One millisecond of the controller."""
+        rc, slamware, bus = self.rc, self.slamware, self.bus
+        feedback = bus.read()
+        commands, answer = self.base.step(
+            tick, rc.read() if rc is not None else b"", slamware.read() if slamware is not None else b"", feedback
+        )
+        bus.write(commands)
+        if slamware is not None and answer:
+            slamware.write(answer)
+        for port in (bus, rc, slamware):
+            if port is not None and port.lost:
+                port.revive()
+        self.commands += len(commands)
+        self.feedback += len(feedback)
+
+    def facts(self) -> dict[str, object]:
+        """What has passed, for people and --json."""
+        base = self.base
+        facts: dict[str, object] = {"commands": self.commands, "feedback": self.feedback}
+        if base.link is not None:
+            facts |= {"rc_frames": base.link.frames, "link": base.link.state}
+        return facts | {"armed": base.drive.armed, "driver": base.drive.driver, **_pose(base.odometry.pose)}
+
+    def close(self) -> None:
+        """Give the ports back."""
+        for port in (self.bus, self.rc, self.slamware):
+            if port is not None:
+                port.close()
 
 
 class CoreOnLine:

@@ -149,14 +149,14 @@ class SlcanOnLine:
         """Host to bus, bus to host. Whoever leaves the line leaves a closed channel to the next one."""
         line, adapter = self.line, self.adapter
         data = line.read()
-        if line.lost:
-            line.revive()
-            adapter.is_open = False
         answers = adapter.feed(data) if data else b""
         if adapter.sent:
             sent = adapter.take_sent()
             self.from_host += len(sent)
             self.bus.write(sent)
+        if line.lost:  # what had been sent before counts: a controller may leave with a last word
+            line.revive()
+            adapter.is_open = False
         frames = self.bus.read()
         if frames and adapter.is_open:
             self.to_host += len(frames)

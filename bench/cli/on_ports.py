@@ -1,0 +1,150 @@
+"""A headless run in which a part is real: `wheelbench replay --role`. The loop has a process of its own."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bench.check.run import Run
+    from bench.io.process_link import Prepared
+
+ROLE_HELP = "which part is real: sim (none), base (a firmware), core (a SLAMWARE core), motors"
+ARM_HELP = "real motors may move"
+STOP_KEYS = " \n\rq\x1b"
+
+
+def add_role(parser: argparse.ArgumentParser) -> None:
+    """The options of every verb that can run on real ports."""
+    parser.add_argument("--role", choices=("sim", "base", "core", "motors"), default="sim", help=ROLE_HELP)
+    parser.add_argument("--arm", action="store_true", help=ARM_HELP)
+
+
+def run_on_ports(args: argparse.Namespace, job: Run) -> int:
+    """Run a job's inputs against real ports, in real time; print what happened."""
+    from bench.cli.headless import asked_to_stop
+    from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
+    from bench.io.process_link import ProcessLink
+
+    if args.golden is not None:
+        raise UsageError("--golden: goes with the role sim; what is real is judged by a scenario's expectations")
+    if args.can == "recorded":
+        raise UsageError("--can recorded: goes with the role sim; give the address of a bus")
+    link = ProcessLink(job.bench, job.inputs, lambda: prepared(args, job), ticks=job.ticks, watched=False)
+    say = _silent if args.json else _say
+    for port in link.ports:
+        where = f"; the other end opens {port.where}" if port.where else ""
+        say(0, f"{port.name}{where}{f' ({port.note})' if port.note else ''}")
+    notices: list[tuple[float, str]] = []
+
+    def told(tick: int, text: str) -> None:
+        notices.append((tick / 1000, text))
+        say(tick, text)
+
+    try:
+        with asked_to_stop() as asked, _stop_key() as pressed:
+            link.wait(lambda: bool(asked) or pressed(), told)
+    finally:
+        link.close()
+    result: Any = link.result
+    stopped = link.now_tick < job.ticks
+    verdicts, untouched = result["verdicts"], result["untouched"]
+    if args.json:
+        facts = result["facts"] | {"role": args.role, "lateness": link.lateness, "notices": notices}
+        if verdicts:
+            facts["expectations"] = [one.as_dict() for one in verdicts]
+        print(json.dumps(facts))
+    else:
+        print("\n".join(result["lines"]))
+        late = link.lateness
+        print(
+            f"late      p50 {late['p50_us']:.0f}, p99 {late['p99_us']:.0f}, p99.9 {late['p999_us']:.0f},"
+            f" at most {late['max_us']:.0f} us; {late['over_1_ms_percent']:.3f} % of the ticks over 1 ms"
+        )
+        if args.record:
+            print(f"recorded  {args.record}")
+        if stopped:
+            print(f"stopped   at {link.now_tick / 1000:.3f} s of {job.ticks / 1000:.1f} s")
+        for one in verdicts:
+            print(f"{'expect' if one.ok else 'EXPECT':10}{one.text}")
+        for name in untouched:
+            print(f"FAULT     {name}: touched nothing, so the run proves nothing about it; check its times")
+    if stopped:
+        raise KeyboardInterrupt
+    return EXIT_OK if all(one.ok for one in verdicts) and not untouched else EXIT_FAILED
+
+
+def prepared(args: argparse.Namespace, job: Run) -> Prepared:
+    """In the loop's own process: ports, recorder, and who follows the run."""
+    from bench.check.summary import Summary
+    from bench.io.process_link import Prepared
+    from bench.io.roles import take_role
+
+    bench, rig = take_role(job.bench, args.role, rc=args.rc, slamware=args.slamware, can=args.can, armed=args.arm)
+    job.bench, job.info = bench, replace(job.info, role=args.role)
+    injector = job.injector
+    try:
+        recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
+    except BaseException:
+        rig.close()
+        raise
+    summary = Summary(len(bench.robot.wheels))
+
+    def witness() -> None:
+        if injector is not None:
+            touches = injector.take_touches()
+            if touches and recorder is not None:
+                recorder.witness([touch.text for touch in touches])
+
+    def finish() -> dict[str, object]:
+        lines = summary.lines(job)
+        lost = f"; ports were lost {rig.losses} times" if rig.losses else ""
+        superseded = sum(bus.superseded for bus in rig.buses)
+        late = f"; {superseded} late frames gave way to newer ones" if superseded else ""
+        limited = f"; {rig.limiter.clamped} frames were limited" if rig.limiter and rig.limiter.clamped else ""
+        lines.append(f"role      {args.role}{lost}{late}{limited}")
+        return {
+            "lines": lines,
+            "facts": summary.facts(job) | {"port_losses": rig.losses, "superseded_frames": superseded},
+            "verdicts": job.judge.verdicts() if job.judge else [],
+            "untouched": injector.untouched() if injector else [],
+        }
+
+    takers = [taker for taker in (recorder, summary, job.judge) if taker is not None]
+    return Prepared(bench, rig, takers, finish, witness)
+
+
+def _say(tick: int, text: str) -> None:
+    print(f"{tick / 1000:7.3f} s  {text}", flush=True)
+
+
+def _silent(tick: int, text: str) -> None:
+    print(f"{tick / 1000:7.3f} s  {text}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _stop_key() -> Iterator[Callable[[], bool]]:
+    """Whether a key that stops was pressed; never, where stdin is no terminal."""
+    import select
+    import termios
+    import tty
+
+    if not sys.stdin or not sys.stdin.isatty():
+        yield lambda: False
+        return
+    before = termios.tcgetattr(sys.stdin)
+    print("space stops", flush=True)
+
+    def pressed() -> bool:
+        return bool(select.select([sys.stdin], [], [], 0)[0]) and sys.stdin.read(1) in STOP_KEYS
+
+    try:
+        tty.setcbreak(sys.stdin)
+        yield pressed
+    finally:
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)

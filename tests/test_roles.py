@@ -1,0 +1,512 @@
+"""Roles: a part of the bench is at the end of real wires. By hand in one process, then in processes of their own."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from bench.check.reading import Recording
+from bench.check.run import from_source
+from bench.config import load_robot
+from bench.errors import SurroundingsError, UsageError
+from bench.io.can_port import crossed, open_can
+from bench.io.clock import wait_ns
+from bench.io.emulated.devices import CoreOnLine, EscsOnBus, FirmwareOnPorts
+from bench.io.emulated.slcan import SlcanOnLine
+from bench.io.process_link import Prepared, ProcessLink
+from bench.io.roles import Limiter, OutBus, take_role
+from bench.io.serial_port import open_serial
+from bench.loop import simulated
+from bench.m2006 import decode_command
+from bench.messages import BodyTwist, TickInput
+from bench.rc.transmitter import Sticks, Transmitter
+from bench.world import World
+
+ROOT = Path(__file__).parents[1]
+M2006 = load_robot("m2006")
+DEADLINE_S = 30.0
+
+DRIVES = """schema = 1
+name = "drives"
+robot = "m2006"
+seconds = {seconds}
+[[stick]]
+at_s = 0.3
+aux1 = true
+[[stick]]
+at_s = 0.5
+forward = 0.5
+[[core]]
+at_s = 0.1
+vx_mps = 0.2
+"""
+
+
+def scenario(tmp_path, seconds=1.5, more=""):
+    path = tmp_path / "drives.toml"
+    path.write_text(DRIVES.format(seconds=seconds) + more)
+    return path
+
+
+def until(holds, step=lambda: None, seconds=DEADLINE_S):
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline, "nothing came"
+        step()
+        wait_ns(500_000)
+
+
+# --- the last line before the port ---------------------------------------------------------------------------------
+
+
+def test_the_limiter_lets_no_current_pass_beyond_the_robots_limit():
+    """m2006: 0.6 A, ESCs 1 to 3; the fourth slot is somebody else's motor."""
+    limit = Limiter(M2006)
+    wild = (0x200, (10000).to_bytes(2, "big") + (-10000).to_bytes(2, "big", signed=True) + bytes.fromhex("0064 2710"))
+    assert limit([wild]) == (
+        (0x200, (600).to_bytes(2, "big") + (-600).to_bytes(2, "big", signed=True) + b"\0\x64\0\0"),
+    )
+    assert limit([(0x200, bytes.fromhex("0258 FDA8 0000 0000"))]) == ((0x200, bytes.fromhex("0258FDA800000000")),)
+    assert (limit.clamped, limit.refused) == (1, 0)
+    assert limit([(0x1FF, bytes(8)), (0x200, bytes(7)), (0x201, bytes(8)), (0x123, b"")]) == ()
+    assert limit.refused == 4
+    assert limit.stop == ((0x200, bytes(8)),)
+
+
+def test_of_late_ticks_only_the_newest_frame_of_each_identifier_leaves():
+    bus, far = crossed()
+    out = OutBus(bus)
+    for k in range(3):
+        out.put([(0x200, bytes([k])), (0x1FF, bytes([k]))])
+    out.put([(0x300, b"\x09"), (0x300, b"\x0a")])
+    assert far.read() == ()
+    out.flush()
+    assert far.read() == ((0x200, b"\x02"), (0x1FF, b"\x02"), (0x300, b"\x09"), (0x300, b"\x0a"))
+    assert out.superseded == 4
+    out.flush()
+    assert far.read() == ()
+
+
+# --- by hand -------------------------------------------------------------------------------------------------------
+
+
+class ByHand:
+    """A bench in a role and the device at its other end, ticked in turns; wires are real, time is not."""
+
+    def __init__(self, path, role, **wires):
+        self.job = from_source(path)
+        self.bench, self.rig = take_role(self.job.bench, role, **wires)
+        self.inputs = self.rig.gated(self.job.inputs)
+        self.outs = []
+
+    def run(self, device, ticks=None, meanwhile=lambda tick: None):
+        for _ in range(self.job.ticks if ticks is None else ticks):
+            tick = self.bench.now_tick
+            self.outs.append(self.bench.tick(self.inputs(tick)))
+            self.rig.step()
+            self.rig.flush()
+            self.rig.look(tick)
+            device.step(tick)
+            meanwhile(tick)
+        return self
+
+
+def test_motors_are_driven_within_limits_and_stopped_at_the_end(tmp_path):
+    bench = ByHand(scenario(tmp_path), "motors", can="can:virtual:roles-motors")
+    escs = EscsOnBus(M2006, open_can("escs", "can:virtual:roles-motors"))
+    bench.run(escs)
+    assert escs.motors.plant.pose.x_m > 0.1, "the emulated robot has moved"
+    assert bench.bench.world.plant.pose.x_m == pytest.approx(escs.motors.plant.pose.x_m, abs=0.02), "the shadow with it"
+    assert bench.bench.base.odometry.pose.x_m == pytest.approx(escs.motors.plant.pose.x_m, abs=0.01)
+    most = max(abs(raw) for out in bench.outs for _, data in out.can_commands for raw in decode_command(data))
+    assert 0 < most <= 600
+    bench.rig.close()
+    assert escs.bus.read()[-1] == (0x200, bytes(8))
+    escs.close()
+
+
+@pytest.mark.parametrize(
+    ("role", "wires", "tells"),
+    [
+        ("motors", {}, "needs --can"),
+        ("motors", {"can": "can:slcan:pty:"}, "add --arm"),
+        ("motors", {"can": "can:socketcan:can0"}, "add --arm"),
+        ("motors", {"can": "can:udp_multicast:239.0.0.1?remote=yes"}, "add --arm"),
+        ("motors", {"can": "can:virtual:x", "rc": "pty:"}, "leave it out"),
+        ("base", {}, "needs --can"),
+        ("core", {}, "needs --slamware"),
+        ("core", {"slamware": "pty:", "can": "can:virtual:x"}, "leave it out"),
+    ],
+)
+def test_wires_that_a_role_cannot_use_are_refused(role, wires, tells):
+    with pytest.raises(UsageError, match=tells):
+        take_role(simulated(M2006), role, **wires)
+
+
+def test_a_profile_that_arms_by_its_link_never_meets_real_motors():
+    robot = load_robot("m2006", "futaba-sbus2")
+    assert robot.rc.arming == "on_link"
+    with pytest.raises(UsageError, match="arms by its link alone"):
+        take_role(simulated(robot), "motors", can="can:slcan:pty:", armed=True)
+
+
+def test_faults_of_what_is_real_are_refused(tmp_path):
+    path = scenario(tmp_path, more='[[fault]]\nname = "dead"\nwire = "esc"\nkind = "silent"\nesc = 1\nat_s = 1.0\n')
+    with pytest.raises(UsageError, match="one of esc, which is real here"):
+        take_role(from_source(path).bench, "motors", can="can:virtual:x")
+
+
+def test_a_firmware_on_three_wires_drives_the_simulated_robot(tmp_path):
+    at = {wire: str(tmp_path / wire) for wire in ("rc", "slamware", "can")}
+    bench = ByHand(
+        scenario(tmp_path),
+        "base",
+        rc=f"pty:{at['rc']}",
+        slamware=f"pty:{at['slamware']}",
+        can=f"can:slcan:pty:{at['can']}",
+    )
+    firmware = FirmwareOnPorts(
+        M2006,
+        open_can("--can", f"can:slcan:{at['can']}"),
+        open_serial("--rc", f"serial:{at['rc']}"),
+        open_serial("--slamware", f"serial:{at['slamware']}"),
+    )
+    bench.run(firmware)
+    assert firmware.base.drive.armed
+    assert firmware.base.slave.connected
+    plant = bench.bench.world.plant
+    assert plant.pose.x_m > 0.1
+    assert firmware.base.odometry.pose.x_m == pytest.approx(plant.pose.x_m, abs=0.01)
+    assert sum(len(out.can_commands) for out in bench.outs) > 1000
+    assert bench.bench.snapshot().link == "foreign base"
+    firmware.close()
+    bench.rig.close()
+
+
+def test_a_core_on_a_wire_drives_the_simulated_robot(tmp_path):
+    line = tmp_path / "core"
+    quiet = scenario(tmp_path, seconds=3.0)
+    quiet.write_text(quiet.read_text().replace("forward = 0.5", "forward = 0.0"))
+    bench = ByHand(quiet, "core", slamware=f"pty:{line}")
+    core = CoreOnLine(open_serial("core", f"serial:{line}"), {0: BodyTwist(0.2, 0.0, 0.0)})
+    bench.run(core)
+    assert bench.bench.base.drive.driver == "core"
+    assert bench.bench.world.plant.pose.x_m > 0.2
+    assert core.core.pose.x_m == pytest.approx(bench.bench.world.plant.pose.x_m, abs=0.05)
+    core.close()
+    bench.rig.close()
+
+
+def test_a_pulled_cable_stops_everything_until_somebody_arms_again(tmp_path):
+    """The bus goes in the middle of a drive, and comes back while the driver still holds the stick."""
+    link = tmp_path / "adapter"
+
+    def adapter():
+        bus, far = crossed()
+        return SlcanOnLine(open_serial("adapter", f"pty:{link}"), bus), EscsOnBus(M2006, far)
+
+    class Both:
+        def __init__(self):
+            self.parts = adapter()
+
+        def step(self, tick):
+            for part in self.parts:
+                part.step(tick)
+
+    both = Both()
+    bench = ByHand(scenario(tmp_path, 60.0), "motors", can=f"can:slcan:{link}", armed=True)
+    bench.run(both, 1000)
+    assert bench.bench.base.drive.armed
+    assert both.parts[1].motors.plant.twist.vx_mps > 0.1
+    both.parts[0].close()
+    bench.run(type("Nobody", (), {"step": lambda self, tick: None})(), 700)
+    assert not bench.bench.base.drive.armed
+    (tick, text), *_ = bench.rig.notices
+    assert (tick, "lost" in text, "zero until it is back" in text) == (1000, True, True)
+    both.parts = adapter()
+    until(lambda: not bench.rig.missing, lambda: bench.run(both, 1))
+    bench.run(both, 1000)
+    assert bench.rig.notices[-1][1].endswith("back; arm again to go on")
+    after = [frame for out in bench.outs[-900:] for frame in out.can_commands]
+    assert set(after) == {(0x200, bytes(8))}, "the stick is still pushed, and nothing moves"
+    assert both.parts[1].motors.plant.twist.vx_mps == pytest.approx(0.0, abs=1e-6)
+    bench.rig.close()
+    both.parts[0].close()
+
+
+# --- in a process of its own -----------------------------------------------------------------------------------------
+
+
+def wheelbench(*arguments):
+    return subprocess.Popen(
+        [sys.executable, "-m", "bench", *map(str, arguments)],
+        cwd=ROOT,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.fixture
+def adapter(tmp_path):
+    """An SLCAN adapter with the robot's motors, stepped by the test; `commands` are what the motors were told."""
+
+    class Adapter:
+        link = tmp_path / "adapter"
+
+        def __init__(self):
+            self.commands, self.tick = [], 0
+            self.plug_in()
+
+        def plug_in(self):
+            bus, far = crossed()
+            self.line = SlcanOnLine(open_serial("adapter", f"pty:{self.link}"), bus)
+            self.escs = EscsOnBus(M2006, far)
+            read = far.read
+
+            def noted():
+                frames = read()
+                self.commands += frames
+                return frames
+
+            far.read = noted
+
+        def pull(self):
+            self.line.close()
+
+        def step(self):
+            self.line.step(self.tick)
+            self.escs.step(self.tick)
+            self.tick += 1
+
+    made = Adapter()
+    yield made
+    made.pull()
+
+
+def moving(commands):
+    return any(data != bytes(8) for _, data in commands)
+
+
+def test_a_run_says_that_its_cable_was_pulled_and_goes_on_when_it_is_back(tmp_path, adapter):
+    recording = tmp_path / "run"
+    path = scenario(tmp_path, seconds=60.0)
+    running = wheelbench(
+        "replay", path, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm", "--record", recording
+    )
+    try:
+        until(lambda: moving(adapter.commands), adapter.step)
+        adapter.pull()
+        said = ""
+        while "zero until it is back" not in said:
+            said = running.stdout.readline()
+            assert said or running.poll() is None
+        adapter.commands.clear()
+        adapter.plug_in()
+        until(lambda: len(adapter.commands) > 20, adapter.step)
+        assert not moving(adapter.commands)
+        while "back; arm again" not in said:
+            said = running.stdout.readline()
+            assert said
+        running.send_signal(signal.SIGINT)
+        until(lambda: running.poll() is not None, adapter.step)
+        out, err = running.communicate()
+        assert running.returncode == 130
+        assert "interrupted" in err
+        assert re.search(r"role +motors; ports were lost 1 times", out)
+        assert "late      p50" in out
+    finally:
+        running.kill()
+        running.communicate()
+    kept = Recording.open(recording)
+    assert kept.ticks > 500
+    assert kept.info.role == "motors"
+
+
+@pytest.mark.parametrize("what", ["killed", "stopped"])
+def test_when_the_operators_process_is_gone_the_motors_stop(tmp_path, adapter, what):
+    path = scenario(tmp_path, seconds=60.0)
+    running = wheelbench(
+        "replay", path, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm", "--record", tmp_path / "run"
+    )
+    try:
+        until(lambda: moving(adapter.commands), adapter.step)
+        running.send_signal(signal.SIGKILL if what == "killed" else signal.SIGSTOP)
+
+        def stands():
+            adapter.commands.clear()
+            for _ in range(100):
+                adapter.step()
+                wait_ns(1_000_000)
+            told = list(adapter.commands)
+            currents_a = adapter.escs.motors.plant.currents_a
+            return (told or what == "killed") and not moving(told) and max(map(abs, currents_a)) < 1e-6
+
+        until(stands)
+        if what == "killed":
+            until(lambda: not adapter.line.adapter.is_open, adapter.step)
+    finally:
+        running.kill()
+        running.communicate()
+    until(lambda: not adapter.line.adapter.is_open, adapter.step)
+    recorded = (tmp_path / "run" / "run.toml").read_text()
+    until(lambda: "ticks = " in (tmp_path / "run" / "run.toml").read_text())
+    assert 'role = "motors"' in recorded
+
+
+def test_motors_and_bench_meet_over_multicast_between_processes(tmp_path):
+    pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
+    where = "can:udp_multicast:239.74.163.11?port=43979"
+    escs = wheelbench("emulate", "escs", where, "--json")
+    try:
+        assert json.loads(escs.stdout.readline())["event"] == "listening"
+        run = wheelbench("replay", scenario(tmp_path, 0.8), "--role", "motors", "--can", where, "--json")
+        out, err = run.communicate(timeout=60)
+        facts = json.loads(out)
+        assert run.returncode == 0, err
+        assert facts["role"] == "motors"
+        assert facts["frames"]["can_feedback"] > 200
+        assert 0.0 < facts["top_current_a"] <= 0.6
+        assert facts["lateness"]["ticks"] == 800
+        escs.send_signal(signal.SIGINT)
+        told, _ = escs.communicate(timeout=60)
+        last = json.loads(told.splitlines()[-1])
+        assert last["commands"] > 10
+    finally:
+        escs.kill()
+        escs.communicate()
+
+
+def test_ports_that_do_not_open_are_told_before_anything_runs(tmp_path):
+    running = wheelbench("replay", scenario(tmp_path), "--role", "core", "--slamware", "serial:/dev/no-such-thing")
+    out, err = running.communicate(timeout=60)
+    assert (running.returncode, out) == (3, "")
+    assert "plug it in" in err
+    assert len(err.splitlines()) == 1
+
+
+# --- the link of a screen --------------------------------------------------------------------------------------------
+
+
+def paced(prepare, inputs=lambda tick: TickInput(), **options):
+    return ProcessLink(simulated(M2006), inputs, prepare, **options)
+
+
+def test_the_link_shows_what_the_child_does():
+    link = paced(lambda: Prepared(simulated(M2006), None), operator=True)
+    try:
+        until(lambda: link.advance() >= 0 and link.latest().tick > 100)
+        assert link.wires.can_commands is not None
+        assert link.latest().link
+        assert len(link.trail) > 0
+        assert not link.ended
+        with pytest.raises(Exception, match="cannot be taken back"):
+            link.see(0)
+    finally:
+        link.close()
+    assert link.ended
+
+
+def test_an_operator_drives_through_the_process_and_silence_stops_the_robot():
+    transmitter = Transmitter(M2006.rc)
+    held = {"sticks": Sticks()}
+    link = paced(
+        lambda: Prepared(simulated(M2006), None),
+        lambda tick: TickInput(transmitter.step(tick, held["sticks"])),
+        operator=True,
+    )
+    try:
+        until(lambda: link.advance() >= 0 and link.latest().link == "live")
+        held["sticks"] = Sticks(aux1=True)
+        until(lambda: link.advance() >= 0 and link.latest().armed)
+        held["sticks"] = Sticks(forward=0.5)
+        until(lambda: link.advance() >= 0 and link.latest().twist.vx_mps > 0.1)
+        wait_ns(1_200_000_000)  # the screen hangs
+        link.poll()
+        assert not link.latest().armed
+        assert link.latest().twist.vx_mps == pytest.approx(0.0, abs=1e-3)
+        until(lambda: link.advance() >= 0 and link.latest().link == "live")
+        assert not link.latest().armed, "lost means lost until somebody arms"
+    finally:
+        link.close()
+
+
+def test_an_exception_in_the_loop_is_a_sentence_and_the_recording_is_closed():
+    class Broken(World):
+        def hear(self, tick, can_out, slamware_out):
+            if tick == 50:
+                raise ZeroDivisionError("wheel")
+            return super().hear(tick, can_out, slamware_out)
+
+    def prepare():
+        bench = simulated(M2006)
+        bench.world = Broken(bench.robot, core=None, motors=bench.world.motors)
+        return Prepared(bench, None, (), lambda: bench.now_tick)
+
+    link = paced(prepare)
+    with pytest.raises(Exception, match="stopped at tick 50: ZeroDivisionError in"):
+        until(lambda: link.poll() or link.ended)
+    assert link.result == 50
+    link.close()
+
+
+def test_a_child_that_dies_is_told():
+    link = paced(lambda: Prepared(simulated(M2006), None, (), lambda: None, lambda: os.kill(os.getpid(), 9)))
+    with pytest.raises(SurroundingsError, match="ended without a word"):
+        until(lambda: link.poll() or link.ended)
+    link.close()
+
+
+def test_a_refused_port_reaches_the_parent_as_it_was():
+    def prepare():
+        raise SurroundingsError("--rc serial:/dev/x: there is no device /dev/x; plug it in")
+
+    with pytest.raises(SurroundingsError, match="plug it in"):
+        paced(prepare)
+
+
+def test_the_stop_key_of_a_pty_is_read(tmp_path):
+    """A person at a terminal: space ends a run on real ports."""
+    line = tmp_path / "core"
+    master, slave = os.openpty()
+    peer = open_serial("core", f"pty:{line}")
+    running = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "bench",
+            "replay",
+            scenario(tmp_path, 60.0),
+            "--role",
+            "core",
+            "--slamware",
+            f"serial:{line}",
+        ],
+        cwd=ROOT,
+        stdin=slave,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        said = ""
+        while "space stops" not in said:
+            said = running.stdout.readline()
+            assert said
+        os.write(master, b" ")
+        out, _ = running.communicate(timeout=DEADLINE_S)
+        assert running.returncode == 130
+        assert "stopped   at" in out
+    finally:
+        running.kill()
+        running.communicate()
+        peer.close()
+        os.close(master)
+        os.close(slave)
