@@ -38,10 +38,14 @@ MAX_SWEEPS = 1000
 """Cap of the sweeps of one step, so that a step's work is bounded. The last sweep's result is then used as it is."""
 MAX_WALL_SWEEPS = 250
 """The same at a wall. What a capped step leaves (some 1e-5 m/s into the wall) the engine and the next step take."""
-MAX_SHAPES = 4096
-"""Inverses that are kept. Three wheels have at most 216, and a drive uses some 30."""
+MAX_LAYOUTS = 4096
+"""Combinations of modes whose inverses are kept. Three wheels have at most 3375, and a drive uses some 70."""
 DEPENDENT_BELOW = 1e-9
 """A fixed row whose inverse mass is below this share of its free value is already held by the rows before it."""
+
+RECENT_MODES = 4
+"""Modes of earlier steps that are tried before sweeping. One saves most sweeps of a base on three wheels, four of one
+on four, where more rows change at a time; a failed trial costs less than two sweeps."""
 
 STANDS, ROLLS, SLIPS = 0.0, 1.0, 2.0
 """Drive modes. The sign of ROLLS is that of u, the sign of SLIPS that of the impulse."""
@@ -55,6 +59,12 @@ WheelState: TypeAlias = tuple[float, float, float]
 Impulses: TypeAlias = tuple[float, float]
 """What the floor gave the body through one wheel in one step, N s: along the roller axis, across it."""
 Matrix: TypeAlias = tuple[Row, Row, Row]
+_Push: TypeAlias = tuple[float, float, float, float, float, float, float]
+_Fixed: TypeAlias = tuple[int, tuple[Row, Row], float, float]
+_Check: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float, _Fixed]
+_Keeps: TypeAlias = tuple[int, bool, bool, float, float, float, float]
+_Layout: TypeAlias = tuple[Matrix, int, list[_Push], list[_Check], list[_Keeps]]
+"""What `_direct` and `_adopt` read with certain modes: the inverse, the freedoms left, and a row for each wheel."""
 _ZERO: Row = (0.0, 0.0, 0.0)
 
 
@@ -65,8 +75,23 @@ class Contact:
     """
 
     __slots__ = (
-        "_checks", "_floor", "_freedoms", "_inverse", "_kept", "_known", "_mass", "_modes", "_pushes", "_rows",
-        "_sweep_rows", "_yaw_inertia", "impulses_ns", "speeds_radps", "sweeps",
+        "_checks",
+        "_floor",
+        "_freedoms",
+        "_inverse",
+        "_kept",
+        "_kept_ns",
+        "_layouts",
+        "_mass",
+        "_modes",
+        "_pushes",
+        "_recent",
+        "_rows",
+        "_sweep_rows",
+        "_yaw_inertia",
+        "impulses_ns",
+        "speeds_radps",
+        "sweeps",
     )  # fmt: skip
 
     def __init__(
@@ -94,9 +119,11 @@ class Contact:
         """Wheel speeds at the end of the last step; rolling with `twist` before the first."""
         self.impulses_ns: list[Impulses] = [(0.0, 0.0)] * len(wheels)
         self.sweeps = 0
-        """Gauss-Seidel sweeps of the last step: 0 where the modes of the step before still held."""
-        self._known: dict[tuple[Mode, ...], tuple[Matrix, list[tuple[Row, Row]], int]] = {}
+        """Gauss-Seidel sweeps of the last step: 0 where the last modes, or those before them, still held."""
+        self._kept_ns = list(self.impulses_ns)
+        self._layouts: dict[tuple[Mode, ...], _Layout] = {}
         self._adopt([(STANDS, HOLDS)] * len(wheels), self.impulses_ns)
+        self._recent: list[Sequence[Mode]] = []
 
     def solve(
         self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState], walls: WallRows | None = None
@@ -109,6 +136,7 @@ class Contact:
         """From now on each wheel stands on a floor of this grip and rolling loss, in wheel order."""
         if list(floor) != self._floor:
             self._floor = list(floor)
+            self._layouts.clear()
             self._adopt(self._modes, self.impulses_ns)
 
     def slips_mps(self, vx: float, vy: float, omega: float) -> list[float]:
@@ -168,8 +196,8 @@ class Contact:
                 if (ax * new_vx + ay * new_vy + arm * new_omega - rc * speed) * drive > 0.0:
                     return None
             else:
-                (kept, _), ((hx, hy, hw), _), rc, _ = fixed
-                along = kept - (hx * px + hy * py + hw * pw)
+                wheel, ((hx, hy, hw), _), rc, _ = fixed
+                along = self._kept_ns[wheel][0] - (hx * px + hy * py + hw * pw)
                 if not (-grip <= along <= grip and -dry <= momentum - rc * along <= dry):
                     return None
                 speed = 0.0
@@ -178,8 +206,8 @@ class Contact:
                     return None
                 across = sliding * load
             else:
-                (_, kept), (_, (hx, hy, hw)), _, _ = fixed
-                across = kept - (hx * px + hy * py + hw * pw)
+                wheel, (_, (hx, hy, hw)), _, _ = fixed
+                across = self._kept_ns[wheel][1] - (hx * px + hy * py + hw * pw)
                 if abs(across) > sliding * load:
                     return None
             speeds.append(speed)
@@ -193,8 +221,21 @@ class Contact:
     def _search(self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState], walls: WallRows | None) -> Row:
         """Sweep over the rows, each in turn solved exactly with the others as they are, until the modes are found."""
         start = vx, vy, omega
-        per_mass, per_yaw = 1.0 / self._mass, 1.0 / self._yaw_inertia
         impulses = self.impulses_ns
+        recent, failed = self._recent, self._modes
+        if failed in recent:
+            recent.remove(failed)
+        if walls is None:  # a wheel at the edge of a mode goes to and fro
+            for modes in recent:
+                self._adopt(modes, impulses)
+                found = self._direct(*start, wheels, walls)
+                if found:
+                    recent.remove(modes)
+                    recent.insert(0, failed)
+                    return found
+        recent.insert(0, failed)
+        del recent[RECENT_MODES:]
+        per_mass, per_yaw = 1.0 / self._mass, 1.0 / self._yaw_inertia
         for (ax, ay, arm, arm_across, *_), (along, across) in zip(self._rows, impulses, strict=True):
             vx += (ax * along - ay * across) * per_mass
             vy += (ay * along + ax * across) * per_mass
@@ -263,8 +304,10 @@ class Contact:
                 solved.append((new, new_across))
             impulses = solved
             # Sweeps have the modes long before they have the numbers; the inverse then has the numbers at once.
-            # A wall's impulse may deny a mode at first and agree with it later.
-            if modes != tried or (walls is not None and (sweep <= 8 or sweep % 16 == 0)):
+            # Modes that it denied may hold later: sweeps move impulses between rows that the body cannot tell apart
+            # (a spin on the spot of four wheels), and a wall's impulse grows.
+            again = sweep & (sweep - 1) == 0 if walls is None else sweep <= 8 or sweep % 16 == 0
+            if modes != tried or again:
                 tried = modes
                 self._adopt(modes, impulses)
                 found = self._direct(*start, wheels, walls)
@@ -292,29 +335,45 @@ class Contact:
         return vx, vy, omega
 
     def _adopt(self, modes: Sequence[Mode], impulses: Sequence[Impulses]) -> None:
-        """Make these the modes that are tried first, and lay out what `_direct` reads."""
+        """Make these the modes that are tried first. Fixed rows keep the impulses that they have now.
+
+        Where more rows are fixed than the body has freedoms, the surplus ones keep theirs for good; what changes is
+        carried by the others.
+        """
         self._modes = modes
-        shape = tuple((abs(drive), abs(roll)) for drive, roll in modes)  # no sign enters the inverse
-        if shape not in self._known:
-            if len(self._known) >= MAX_SHAPES:
-                self._known.clear()
-            self._known[shape] = self._invert(shape)
-        self._inverse, reactions, self._freedoms = self._known[shape]
-        self._pushes = []
-        self._checks = []
+        key = tuple(modes)
+        layout = self._layouts.get(key)
+        if layout is None:
+            if len(self._layouts) >= MAX_LAYOUTS:
+                self._layouts.clear()
+            layout = self._layouts[key] = self._lay_out(key)
+        self._inverse, self._freedoms, self._pushes, self._checks, fixed = layout
         px = py = pw = 0.0
-        for (drive, roll), row, (grip, rolling), reaction, (along, across) in zip(
-            modes, self._rows, self._floor, reactions, impulses, strict=True
+        for wheel, keeps_along, keeps_across, ax, ay, arm, arm_across in fixed:
+            along, across = self._kept_ns[wheel] = impulses[wheel]
+            if not keeps_along:
+                along = 0.0
+            if not keeps_across:
+                across = 0.0
+            px += ax * along - ay * across
+            py += ay * along + ax * across
+            pw += arm * along + arm_across * across
+        self._kept = px, py, pw
+
+    def _lay_out(self, modes: tuple[Mode, ...]) -> _Layout:
+        """What `_direct` reads with these modes on this floor."""
+        shape = tuple((abs(drive), abs(roll)) for drive, roll in modes)  # no sign enters the inverse
+        inverse, reactions, freedoms = self._invert(shape)
+        pushes, checks, fixed = [], [], []
+        for wheel, ((drive, roll), row, (grip, rolling), reaction) in enumerate(
+            zip(modes, self._rows, self._floor, reactions, strict=True)
         ):
             ax, ay, arm, arm_across, rc, per_rc, stiffness, per_inertia = row
-            # What the body gets for each N m s that drives a rolling wheel, for each N s of load, and in any case: the
-            # impulses that fixed rows have now. Where more rows are fixed than the body has freedoms, the surplus
-            # ones keep theirs; what changes is carried by the others.
+            # What the body gets for each N m s that drives a rolling wheel, and for each N s of load.
             driven = per_rc if abs(drive) == ROLLS else 0.0
             slipping = drive / SLIPS * grip if abs(drive) == SLIPS else 0.0
             sliding = -roll * rolling
-            kept = (along if drive == STANDS else 0.0, across if roll == HOLDS else 0.0)
-            self._pushes.append(
+            pushes.append(
                 (
                     drive,
                     ax * driven,
@@ -325,15 +384,14 @@ class Contact:
                     arm * slipping + arm_across * sliding,
                 )
             )
-            px += ax * kept[0] - ay * kept[1]
-            py += ay * kept[0] + ax * kept[1]
-            pw += arm * kept[0] + arm_across * kept[1]
-            self._checks.append(
+            checks.append(
                 # In the place of the impulse while it slides, the limit of one that holds.
                 (drive, roll, ax, ay, arm, arm_across, driven, stiffness, grip, sliding if roll else rolling,
-                 (kept, reaction, rc, per_inertia))
+                 (wheel, reaction, rc, per_inertia))
             )  # fmt: skip
-        self._kept = px, py, pw
+            if drive == STANDS or roll == HOLDS:
+                fixed.append((wheel, drive == STANDS, roll == HOLDS, ax, ay, arm, arm_across))
+        return inverse, freedoms, pushes, checks, fixed
 
     def _invert(self, shape: tuple[Mode, ...]) -> tuple[Matrix, list[tuple[Row, Row]], int]:
         """Momentum -> velocity with these modes; for each wheel, momentum -> minus the impulses of fixed rows; and

@@ -403,10 +403,11 @@ class EmulatedEscs:
         for wheel, feedback_id, counts_per_rad, rpm_per_radps, raw_per_a in self._reports:
             rpm = rpms[wheel]
             rpms[wheel] = rpm = rpm + filter_share * (speeds_radps[wheel] * rpm_per_radps - rpm)
-            whole_rpm = round(rpm)
-            if not -32768 <= whole_rpm <= 32767:  # no M2006 gets there; the field saturates rather than wraps
-                whole_rpm = 32767 if whole_rpm > 0 else -32768
             counts = floor(angles_rad[wheel] * counts_per_rad) % COUNTS
             raw = round(currents_a[wheel] * raw_per_a)
-            frames.append((feedback_id, pack(counts, whole_rpm, raw, last_words[wheel])))
+            try:
+                data = pack(counts, round(rpm), raw, last_words[wheel])
+            except struct.error:  # no M2006 turns as fast; the field saturates rather than wraps
+                data = pack(counts, 32767 if rpm > 0.0 else -32768, raw, last_words[wheel])
+            frames.append((feedback_id, data))
         return tuple(frames)

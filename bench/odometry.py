@@ -65,11 +65,12 @@ class Odometry:
 
     def move(self, ux: float, uy: float, dtheta: float) -> None:
         """Move by a body increment (m, m, rad), taken as one constant twist."""
+        heading_rad = self.heading_rad
         dx, dy = exponential(ux, uy, dtheta)
-        c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
+        c, s = math.cos(heading_rad), math.sin(heading_rad)
         self._x_m += c * dx - s * dy
         self._y_m += s * dx + c * dy
-        self.heading_rad += dtheta
+        self.heading_rad = heading_rad + dtheta
 
     @property
     def pose(self) -> Pose:
