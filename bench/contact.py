@@ -59,9 +59,9 @@ WheelState: TypeAlias = tuple[float, float, float]
 Impulses: TypeAlias = tuple[float, float]
 """What the floor gave the body through one wheel in one step, N s: along the roller axis, across it."""
 Matrix: TypeAlias = tuple[Row, Row, Row]
-_Push: TypeAlias = tuple[float, float, float, float, float, float, float]
-_Fixed: TypeAlias = tuple[int, tuple[Row, Row], float, float]
-_Check: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float, _Fixed]
+_Push: TypeAlias = tuple[int, float, float, float, float, float, float, float]
+_Fixed: TypeAlias = tuple[tuple[Row, Row], float, float]
+_Check: TypeAlias = tuple[int, float, float, float, float, float, float, float, float, float, float, _Fixed]
 _Keeps: TypeAlias = tuple[int, bool, bool, float, float, float, float]
 _Layout: TypeAlias = tuple[Matrix, int, list[_Push], list[_Check], list[_Keeps]]
 """What `_direct` and `_adopt` read with certain modes: the inverse, the freedoms left, and a row for each wheel."""
@@ -150,12 +150,13 @@ class Contact:
         self, vx: float, vy: float, omega: float, wheels: Sequence[WheelState], walls: WallRows | None
     ) -> Row | None:
         """The step with the modes as they are, or None if a row does not agree with its mode."""
-        # The bench's hottest lines. zip(strict=True) would add a twentieth to the whole step; the lengths are ours.
+        # The bench's hottest lines: to pair two lists of three with zip would cost as much as a wheel's arithmetic.
         px, py, pw = self._kept
         px += self._mass * vx
         py += self._mass * vy
         pw += self._yaw_inertia * omega
-        for (way, tx, ty, tw, nx, ny, nw), (momentum, dry, load) in zip(self._pushes, wheels):  # noqa: B905
+        for wheel, way, tx, ty, tw, nx, ny, nw in self._pushes:
+            momentum, dry, load = wheels[wheel]
             driven = momentum - way * dry
             px += tx * driven + nx * load
             py += ty * driven + ny * load
@@ -178,10 +179,8 @@ class Contact:
 
         speeds = []
         impulses = []
-        for (
-            (drive, roll, ax, ay, arm, arm_across, per_rc, stiffness, grip, sliding, fixed),
-            (momentum, dry, load),
-        ) in zip(self._checks, wheels):  # noqa: B905
+        for wheel, drive, roll, ax, ay, arm, arm_across, per_rc, stiffness, grip, sliding, fixed in self._checks:
+            momentum, dry, load = wheels[wheel]
             grip *= load
             if per_rc:  # is 0 unless the wheel rolls
                 u = ax * new_vx + ay * new_vy + arm * new_omega
@@ -190,13 +189,13 @@ class Contact:
                     return None
                 speed = u * per_rc
             elif drive:
-                _, _, rc, per_inertia = fixed
+                _, rc, per_inertia = fixed
                 along = grip if drive > 0.0 else -grip
                 speed = _free_speed(momentum - rc * along, dry, per_inertia)
                 if (ax * new_vx + ay * new_vy + arm * new_omega - rc * speed) * drive > 0.0:
                     return None
             else:
-                wheel, ((hx, hy, hw), _), rc, _ = fixed
+                ((hx, hy, hw), _), rc, _ = fixed
                 along = self._kept_ns[wheel][0] - (hx * px + hy * py + hw * pw)
                 if not (-grip <= along <= grip and -dry <= momentum - rc * along <= dry):
                     return None
@@ -206,7 +205,7 @@ class Contact:
                     return None
                 across = sliding * load
             else:
-                wheel, (_, (hx, hy, hw)), _, _ = fixed
+                (_, (hx, hy, hw)), _, _ = fixed
                 across = self._kept_ns[wheel][1] - (hx * px + hy * py + hw * pw)
                 if abs(across) > sliding * load:
                     return None
@@ -226,11 +225,11 @@ class Contact:
         if failed in recent:
             recent.remove(failed)
         if walls is None:  # a wheel at the edge of a mode goes to and fro
-            for modes in recent:
-                self._adopt(modes, impulses)
+            for held_before in recent:
+                self._adopt(held_before, impulses)
                 found = self._direct(*start, wheels, walls)
                 if found:
-                    recent.remove(modes)
+                    recent.remove(held_before)
                     recent.insert(0, failed)
                     return found
         recent.insert(0, failed)
@@ -375,6 +374,7 @@ class Contact:
             sliding = -roll * rolling
             pushes.append(
                 (
+                    wheel,
                     drive,
                     ax * driven,
                     ay * driven,
@@ -386,8 +386,8 @@ class Contact:
             )
             checks.append(
                 # In the place of the impulse while it slides, the limit of one that holds.
-                (drive, roll, ax, ay, arm, arm_across, driven, stiffness, grip, sliding if roll else rolling,
-                 (wheel, reaction, rc, per_inertia))
+                (wheel, drive, roll, ax, ay, arm, arm_across, driven, stiffness, grip, sliding if roll else rolling,
+                 (reaction, rc, per_inertia))
             )  # fmt: skip
             if drive == STANDS or roll == HOLDS:
                 fixed.append((wheel, drive == STANDS, roll == HOLDS, ax, ay, arm, arm_across))
