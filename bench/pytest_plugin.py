@@ -33,7 +33,11 @@ if TYPE_CHECKING:
 
 SCENARIO_ENDING = ".scenario.toml"
 LAST_LINES = 50
-MARKER = "wheelbench(robot='m2006', profile=None): the robot, and the transmitter's profile, of this test's bench"
+MARKER_KEYS = ("robot", "profile", "arena")
+MARKER = (
+    "wheelbench(robot='m2006', profile=None, arena=None): the robot, the transmitter's profile and the arena file "
+    "(beside the test's file) of this test's bench"
+)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -63,20 +67,24 @@ def bench(
     request: pytest.FixtureRequest, tmp_path: Path, controller: Callable[[Robot], ControlledBase]
 ) -> Iterator[Driven]:
     """A bench at rest, disarmed, recorded into the test's own folder."""
+    from bench.arena import FIELD, load_arena
     from bench.check.driven import Driven
     from bench.config import load_robot
     from bench.errors import UsageError
 
     marker = request.node.get_closest_marker("wheelbench")
     chosen: dict[str, Any] = dict(marker.kwargs) if marker else {}
-    unknown = sorted(set(chosen) - {"robot", "profile"})
+    unknown = sorted(set(chosen) - set(MARKER_KEYS))
     if unknown or (marker and marker.args):
-        pytest.fail(f"the marker wheelbench takes robot= and profile=, not {', '.join(unknown) or marker.args}", False)
+        takes = ", ".join(f"{key}=" for key in MARKER_KEYS)
+        pytest.fail(f"the marker wheelbench takes {takes}; not {', '.join(unknown) or marker.args}", False)
     try:
         robot = load_robot(chosen.get("robot", "m2006"), chosen.get("profile"))
+        arena = load_arena(request.path.parent / chosen["arena"]) if chosen.get("arena") else FIELD
+        bench = Driven(robot, tmp_path / "run", controller, arena)
     except UsageError as error:
         pytest.fail(str(error), pytrace=False)
-    with Driven(robot, tmp_path / "run", controller) as driven:
+    with bench as driven:
         request.node.stash[_DRIVEN] = driven
         yield driven
 
@@ -156,17 +164,28 @@ def golden(request: pytest.FixtureRequest, bench: Driven) -> Callable[..., None]
 
     def check(name: str = "") -> None:
         bench.close()
-        folder = request.path.parent / "goldens" / (name or _file_name(request.node.name))
-        _hold_against(bench.directory, folder, request.config.getoption("--update-pinned"))
+        node = request.node
+        folder = _golden_folder(node, name)
+        twice = node.config.stash[_SAME_GOLDEN].get(folder, []) if not name else []
+        if twice:
+            pytest.fail(f"{' and '.join(twice)} share the golden {folder.name}; give one a name: golden('...')", False)
+        told = _hold_against(bench.directory, folder, node.config.getoption("--update-pinned"))
+        if told:
+            node.user_properties.append((_PINNED, told))
 
     return check
+
+
+def _golden_folder(node: pytest.Item, name: str = "") -> Path:
+    return node.path.parent / "goldens" / (name or _file_name(node.name))
 
 
 def _file_name(test: str) -> str:
     return "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in test)
 
 
-def _hold_against(run: Path, folder: Path, update: bool) -> None:
+def _hold_against(run: Path, folder: Path, update: bool) -> str:
+    """Fail the test where the run is not as its golden. Returns what was pinned and what that changes, if asked for."""
     from bench.check.golden import pin, told
     from bench.check.reading import Recording
     from bench.errors import BenchError
@@ -174,17 +193,60 @@ def _hold_against(run: Path, folder: Path, update: bool) -> None:
     try:
         if update:
             before = pin(run, folder)
-            print(f"pinned {folder}: " + (before.lines[0] if before else "new"))
-            return
+            return f"pinned {_shown(folder)}: " + ("\n  ".join(before.lines) if before else "new")
         if not folder.exists():
-            pytest.fail(f"there is no golden {folder}; look at the run, then pin it: pytest --update-pinned", False)
+            where = _shown(folder)
+            pytest.fail(f"there is no golden {where}; look at the run, then pin it: pytest --update-pinned", False)
         found = told(Recording.open(run), folder)
     except BenchError as error:
         pytest.fail(str(error), pytrace=False)
     if not found.ok:
         pytest.fail("\n".join(found.lines), pytrace=False)
+    return ""
 
 
+def _shown(path: Path) -> str:
+    return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Two tests of one name, in one folder, would have one golden: whoever asks for it is told."""
+    found: dict[Path, list[str]] = {}
+    for item in items:
+        if "golden" in getattr(item, "fixturenames", ()):
+            found.setdefault(_golden_folder(item), []).append(item.nodeid)
+    config.stash[_SAME_GOLDEN] = {folder: nodes for folder, nodes in found.items() if len(nodes) > 1}
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """What was pinned and what that changed; which goldens nothing is held against. Runs where the reports of all
+    processes come together.
+    """
+    reports = [report for group in terminalreporter.stats.values() for report in group if hasattr(report, "nodeid")]
+    lines = [text for report in reports for name, text in getattr(report, "user_properties", ()) if name == _PINNED]
+    files = {config.rootpath / report.location[0] for report in reports if getattr(report, "location", None)}
+    for folder in sorted({path.parent / "goldens" for path in files}):
+        lines += _unused(folder, config.rootpath)
+    if lines:
+        terminalreporter.section("wheelbench")
+        for line in dict.fromkeys(lines):  # a test has a report for each of its phases
+            terminalreporter.write_line(line)
+
+
+def _unused(folder: Path, project: Path) -> list[str]:
+    if not any(folder.glob("*/golden.toml")):
+        return []
+    from bench.check.pinned import goldens
+
+    return [
+        f"golden {_shown(golden.directory)}: {golden.damage or 'UNUSED: nothing is held against it; delete it'}"
+        for golden in goldens(folder, project)
+        if not golden.ok
+    ]
+
+
+_PINNED = "wheelbench pinned"
+_SAME_GOLDEN: pytest.StashKey[dict[Path, list[str]]] = pytest.StashKey()
 _DRIVEN: pytest.StashKey[Driven] = pytest.StashKey()
 
 
@@ -197,8 +259,9 @@ def pytest_runtest_makereport(
     driven = item.stash.get(_DRIVEN, None)
     if report.when == "call" and report.failed and driven is not None:
         driven.close()
-        report.sections.append(("wires", "\n".join(driven.last_lines(LAST_LINES))))
-        report.sections.append(("again", f"wheelbench replay {driven.directory}"))
+        report.sections.append(("the last lines of the wires", "\n".join(driven.last_lines(LAST_LINES))))
+        again = driven.again or f"python -m pytest {item.nodeid!r}\n(its recording: {driven.directory})"
+        report.sections.append(("run it again", again))
     return report
 
 
@@ -212,53 +275,69 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     return None
 
 
+class NotMet(Exception):
+    """A scenario whose expectations are not met; the text is the report."""
+
+
 class ScenarioFile(pytest.File):
     """A scenario file: one test."""
 
     def collect(self) -> Iterator[pytest.Item]:
         """The test."""
-        yield ScenarioItem.from_parent(self, name=self.path.name.removesuffix(SCENARIO_ENDING))
+        path = self.path
+
+        def scenario(
+            request: pytest.FixtureRequest, tmp_path: Path, controller: Callable[[Robot], ControlledBase]
+        ) -> None:
+            _run_scenario(path, request.node, tmp_path / "run", controller)
+
+        yield ScenarioItem.from_parent(self, name=path.name.removesuffix(SCENARIO_ENDING), callobj=scenario)
 
 
-class NotMet(Exception):
-    """A scenario whose expectations are not met; the text is the report."""
+class ScenarioItem(pytest.Function):
+    """Runs a scenario with the project's controller; fails where an expectation is not met or a fault touched nothing.
 
+    It is a test function as others are: `tmp_path`, `controller` and what a conftest applies to every test are there.
+    """
 
-class ScenarioItem(pytest.Item):
-    """Runs a scenario; fails where an expectation is not met or a fault touched nothing."""
-
-    def runtest(self) -> None:
-        """Run it, recorded."""
-        import tempfile
-
-        from bench.check.driven import wire_lines
-        from bench.check.reading import Recording, as_outputs
-        from bench.check.run import from_scenario
-
-        job = from_scenario(self.path)
-        with tempfile.TemporaryDirectory(prefix="wheelbench-") as folder:
-            directory = Path(folder) / "run"
-            with job.recorder(directory) as recorder:
-                for out in job:
-                    recorder.add(out)
-                    if job.judge is not None:
-                        job.judge.add(out)
-            failed = [verdict.text for verdict in job.judge.verdicts() if not verdict.ok] if job.judge else []
-            if job.injector is not None:
-                failed += [f"{name}: this fault touched nothing" for name in job.injector.untouched()]
-            if failed:
-                last = wire_lines(list(as_outputs(Recording.open(directory)))[-LAST_LINES:], LAST_LINES)
-                again = f"again: wheelbench replay {self.path} --record DIR"
-                raise NotMet("\n".join([*failed, "", *last, "", again]))
-
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> str:
-        """What was not met; a wrong file in its own words."""
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """What was not met; a wrong file, and an error in a controller, in one sentence each."""
         from bench.errors import BenchError
 
         if isinstance(excinfo.value, NotMet | BenchError):
             return str(excinfo.value)
-        return str(super().repr_failure(excinfo, style))
+        return super().repr_failure(excinfo)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
         """Where it stands."""
         return self.path, None, f"scenario {self.name}"
+
+
+def _run_scenario(
+    path: Path, node: pytest.Item, directory: Path, controller: Callable[[Robot], ControlledBase]
+) -> None:
+    from bench.base import Base
+    from bench.check.driven import replay_command, wire_lines
+    from bench.check.reading import Recording, as_outputs
+    from bench.check.run import run_of
+    from bench.check.scenario import load_scenario
+    from bench.check.suite import run_to_end
+
+    scenario = load_scenario(path)
+    # A scenario that names its own controller has that one.
+    build = Base if scenario.controller else controller
+    job = run_of(scenario, controller=None if build is Base else build)
+    again = replay_command(Path(_shown(path)), build) or f"python -m pytest {node.nodeid!r}"
+    recorder = job.recorder(directory)
+    result = None
+    try:
+        result = run_to_end(job, recorder)
+    finally:
+        # Up to where the first expectation fails; of an error, up to it.
+        failed = [one.at_tick for one in result.verdicts if not one.ok and one.at_tick is not None] if result else []
+        outs = list(as_outputs(Recording.open(directory)))[: min(failed) + 1 if failed else None]
+        title = f"the last lines of the wires until {outs[-1].tick / 1000 if outs else 0:g} s"
+        node.add_report_section("call", title, "\n".join(wire_lines(outs, LAST_LINES)))
+        node.add_report_section("call", "run it again", f"{again}\n(its recording: {directory})")
+    if result.reasons:
+        raise NotMet("\n".join(result.reasons))

@@ -50,9 +50,18 @@ def test_a_change_in_the_users_controller_is_told_in_words_with_wires_and_a_comm
     assert status == 1
     assert re.search(r"can 0x200: current 1 expected -?\d+ mA, got -?\d+ mA", said)
     assert len(re.findall(r"^\(0\.\d{6}\) can0 ", said, re.MULTILINE)) in range(40, 51)
-    again = re.search(r"^wheelbench (replay \S+)$", said, re.MULTILINE)
+    again = re.search(r"^wheelbench (replay \S+ --controller controller.py:CrawlingBase)$", said, re.MULTILINE)
     assert again, said
-    assert Path(again.group(1).split()[1]).is_dir()
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", *again.group(1).split()],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "golden    identical" in done.stdout, "the command that is printed does run it again"
 
 
 GOLDEN = """
@@ -108,7 +117,7 @@ def test_by_the_core_alone(bench, slamware_link, plant):
             "@pytest.mark.wheelbench(robot='m206')\ndef test(bench): pass",
             "no robot is called 'm206'; did you mean m2006?",
         ),
-        ("@pytest.mark.wheelbench(robt='m2006')\ndef test(bench): pass", "takes robot= and profile=, not robt"),
+        ("@pytest.mark.wheelbench(robt='m2006')\ndef test(bench): pass", "takes robot=, profile=, arena=; not robt"),
         ("@pytest.mark.wheelbench(robot='slamware-b')\ndef test(rc): pass", "takes no RC; use slamware_link"),
     ],
 )
@@ -139,8 +148,137 @@ def test_scenario_files_are_tests(project):
     assert re.search(r"good\.scenario\.toml::good PASSED", said)
     assert "stands: failed at 0.000 s, by 0.1" in said
     assert "wrong.scenario.toml: expcet: unknown key; did you mean expect?" in said
-    assert "again: wheelbench replay" in said
+    assert re.search(r"- Captured run it again call -+\nwheelbench replay bad\.scenario\.toml\n", said)
     assert "Traceback" not in said
+
+
+DRIVEN = """
+schema = 1
+name = "driven"
+seconds = 0.6
+
+[[stick]]
+at_s = 0.1
+aux1 = true
+[[stick]]
+at_s = 0.2
+forward = 1.0
+
+[[fault]]
+wire = "feedback"
+kind = "duplicate"
+at_s = 0.1
+for_s = 0.01
+
+[[expect]]
+name = "slow"
+always = "speed_mps < 0.05"
+"""
+
+
+def test_a_scenario_drives_the_projects_own_controller_and_keeps_its_recording_and_witnesses(tmp_path):
+    folder = tmp_path / "mine"
+    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "push.scenario.toml").write_text(DRIVEN)
+    (folder / "ours.scenario.toml").write_text(DRIVEN.replace("seconds", 'controller = "speed-loop"\nseconds'))
+    status, said = run_pytest(folder, "-q", "-k", "push or ours", "--basetemp", str(tmp_path / "kept"))
+    assert status == 1
+    assert "wheelbench replay push.scenario.toml --controller controller.py:CrawlingBase" in said
+    assert re.search(r"^wheelbench replay ours\.scenario\.toml$", said, re.MULTILINE)
+    kept = tmp_path / "kept" / "push0" / "run"
+    assert f"(its recording: {kept})" in said
+    assert (kept / "faults.log").read_text().count('"feedback duplicate"') == 10
+    assert 'controller = "controller.py:CrawlingBase"' in (kept / "run.toml").read_text()
+    # Ours is faster; the lines end where the expectation fails, not where the run does.
+    until = [float(at) for at in re.findall(r"of the wires until ([\d.]+) s", said)]
+    assert len(until) == 2
+    assert max(until) < 0.6
+    assert len(re.findall(r"^\(0\.\d{6}\) \w+0 ", said, re.MULTILINE)) == 100
+
+
+def test_an_error_in_the_controller_of_a_scenario_is_shown_and_its_recording_kept(project):
+    folder = project(SCENARIO.format(most=0.1), "some.scenario.toml")
+    project(
+        """
+import pytest
+
+@pytest.fixture
+def controller():
+    return lambda robot: Broken()
+
+class Broken:
+    def step(self, tick, *wires):
+        if tick == 70:
+            raise ZeroDivisionError("in my own code")
+        return (), b""
+""",
+        "conftest.py",
+    )
+    status, said = run_pytest(folder, "-q")
+    assert status == 1
+    assert re.search(r"^E +ZeroDivisionError: in my own code$", said, re.MULTILINE)
+    assert "the last lines of the wires until 0.069 s" in said
+    assert "python -m pytest 'some.scenario.toml::some'" in said, "a lambda has no name to give"
+
+
+def test_what_is_pinned_and_what_it_changes_is_printed_and_so_is_an_unused_golden(project):
+    folder = project(GOLDEN)
+    status, said = run_pytest(folder, "-q", "--update-pinned", "-p", "xdist", "-n", "2")
+    assert status == 0
+    assert "pinned goldens/test_drive: new" in said
+    project(GOLDEN.replace("forward=0.5", "forward=0.8"))
+    said = run_pytest(folder, "-q", "--update-pinned")[1]
+    assert "pinned goldens/test_drive: differs: " in said
+    assert re.search(r"rc +\d+ compared, \d+ differ", said)
+    project("def test_other(bench): pass")
+    status, said = run_pytest(folder, "-q", "-p", "xdist", "-n", "2")
+    assert status == 0
+    assert "golden goldens/test_drive: UNUSED: nothing is held against it; delete it" in said
+
+
+def test_two_tests_of_one_name_are_told_that_they_would_share_a_golden(project):
+    folder = project(
+        """
+class TestA:
+    def test_drive(self, rc, golden):
+        golden()
+
+class TestB:
+    def test_drive(self, rc, golden):
+        golden()
+
+    def test_named(self, rc, golden):
+        golden("other")
+"""
+    )
+    status, said = run_pytest(folder, "-q", "--update-pinned")
+    assert status == 1
+    assert "test_mine.py::TestA::test_drive and test_mine.py::TestB::test_drive share the golden test_drive" in said
+    assert [path.name for path in (folder / "goldens").iterdir()] == ["other"]
+
+
+def test_a_test_that_fails_before_the_first_tick_fails_as_any_other(project):
+    status, said = run_pytest(project("def test_now(bench): assert bench is None"), "-q")
+    assert status == 1
+    assert "1 failed" in said
+    assert "INTERNALERROR" not in said
+
+
+def test_the_marker_chooses_an_arena_beside_the_test(project):
+    folder = project('name = "hall"\nlength_m = 1.0\n[start]\nx_m = 0.2\n', "hall.toml")
+    project(
+        """
+import pytest
+
+@pytest.mark.wheelbench(arena="hall.toml")
+def test_wall(bench, rc, plant):
+    assert plant.pose.x_m == 0.2
+    rc.arm().hold(forward=1.0).run(1.0)
+    assert plant.pose.x_m < 0.5
+"""
+    )
+    status, said = run_pytest(folder, "-q")
+    assert status == 0, said
 
 
 def test_installing_wheelbench_installs_the_plugin_and_importing_it_costs_little():

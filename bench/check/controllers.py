@@ -14,6 +14,7 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
+import os
 import sys
 import sysconfig
 import traceback
@@ -83,6 +84,16 @@ def name_of(factory: object) -> str | None:
         file = Path(getattr(sys.modules.get(type(factory).__module__), "__file__", None) or "unknown").name
     name = getattr(factory, "__qualname__", type(factory).__qualname__)
     return f"{file}:{name}"
+
+
+def address_of(factory: object) -> str | None:
+    """What `--controller` has to be given for this factory, from the current folder; None: it has no such name."""
+    name = getattr(factory, "__qualname__", "<none>")
+    try:
+        file = Path(inspect.getfile(factory)).resolve()  # type: ignore[arg-type]
+    except (TypeError, OSError):
+        return None
+    return None if "<" in name or file.suffix != ".py" else f"{os.path.relpath(file)}:{name}"
 
 
 def load_factory(text: str, folder: Path = Path()) -> Callable[[Robot], Any]:

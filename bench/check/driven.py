@@ -13,22 +13,25 @@ a robot; it is ours unless another is given.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
+from bench.arena import FIELD, Arena, arena_toml
 from bench.base import Base, ControlledBase
-from bench.check.controllers import name_of
+from bench.check.controllers import address_of, name_of
 from bench.check.lines import can_lines, rc_lines, slamware_lines
 from bench.check.recording import Recorder
-from bench.check.run import info_of
+from bench.check.run import bench_in, info_of
 from bench.config import Robot
-from bench.loop import Bench, simulated
 from bench.messages import BodyTwist, CanFrame, TickInput, TickOutput
 from bench.plant import Plant
 from bench.rc.transmitter import AT_REST, Sticks, Transmitter
 
 PRESS_S = 0.1
+QUIET_TICKS = 20
+"""A wire on which nothing else is left speaks every so often: the longest period of a transmitter's frames."""
 
 
 class Driven:
@@ -37,18 +40,29 @@ class Driven:
     `outputs` is every tick until now. Raises ValueError for a robot that came from no file: it cannot be recorded.
     """
 
-    def __init__(self, robot: Robot, directory: Path | str, build: Callable[[Robot], ControlledBase] = Base) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        directory: Path | str,
+        build: Callable[[Robot], ControlledBase] = Base,
+        arena: Arena = FIELD,
+    ) -> None:
         if robot.file is None:
             raise ValueError("a run is recorded with its robot's file; this robot came from none")
-        world = simulated(robot).world
-        self.bench = Bench(build(robot), world)
+        self.build = build
+        self.bench = bench_in(robot, arena, build=build)
         self.transmitter = Transmitter(robot.rc) if robot.rc else None
         self.sticks = AT_REST
         self.outputs: list[TickOutput] = []
         self._twist: BodyTwist | None = None
         profile_file = robot.rc.file if robot.rc else None
         self.recorder = Recorder(
-            directory, info_of(robot, name_of(build)), self.bench.state_columns, robot.file, profile_file
+            directory,
+            info_of(robot, name_of(build)),
+            self.bench.state_columns,
+            robot.file,
+            profile_file,
+            arena=arena_toml(arena) if arena != FIELD else "",
         )
 
     @property
@@ -109,7 +123,12 @@ class Driven:
 
     def last_lines(self, count: int = 50) -> list[str]:
         """The newest lines of the wires, in the form of the logs."""
-        return wire_lines(self.outputs[-count:], count)
+        return wire_lines(self.outputs, count)
+
+    @property
+    def again(self) -> str | None:
+        """The command that runs the recording again; None where the base under test has no name to give."""
+        return replay_command(self.directory, self.build)
 
     def close(self) -> None:
         """End the recording."""
@@ -124,8 +143,20 @@ class Driven:
         self.close()
 
 
+def replay_command(source: Path, build: object) -> str | None:
+    """How to run a scenario or recording again with this maker of bases; None where it has no name to give."""
+    command = f"wheelbench replay {shlex.quote(str(source))}"
+    if build is Base:
+        return command
+    address = address_of(build)
+    return f"{command} --controller {shlex.quote(address)}" if address else None
+
+
 def wire_lines(outputs: list[TickOutput], count: int) -> list[str]:
     """The last lines of all wires of these ticks, in the form of the logs, by time."""
+    outputs = outputs[-QUIET_TICKS * count :]
+    if not outputs:
+        return []
     ticks = [out.tick for out in outputs]
     text = can_lines(ticks, [out.can_commands for out in outputs], [out.can_feedback for out in outputs])
     text += rc_lines(ticks, [out.rc for out in outputs])

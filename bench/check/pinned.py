@@ -49,12 +49,14 @@ class Golden:
         return f"{self.directory.name:20} {what:20} {used}"
 
 
-def goldens(folder: Path) -> list[Golden]:
-    """Every golden in a folder, by name. Raises RecordingError where there is no such folder."""
+def goldens(folder: Path, project: Path | None = None) -> list[Golden]:
+    """Every golden in a folder, by name; `project` is where users are looked for, and found unless given. Raises
+    RecordingError where there is no such folder.
+    """
     if not folder.is_dir():
         raise RecordingError(f"{folder}: is no folder; give the one that your goldens lie in")
     directories = sorted(path.parent for path in folder.glob(f"*/{GOLDEN_TOML}"))
-    project = _project_of(folder)
+    project = project.resolve() if project is not None else _project_of(folder)
     users: dict[Path, list[str]] = {directory: [] for directory in directories}
     mentions = {directory: _mention(directory) for directory in directories}
     for path in _readers(project, folder.resolve()):
