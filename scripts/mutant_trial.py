@@ -46,6 +46,8 @@ TEST_CPU_S, TIMES = 2, 4
 """A test that takes so much longer under a mutant than so often its usual time hangs: of processor time, so that a
 busy machine kills no mutant."""
 UNKNOWN_S = 10.0
+QUICK_S = 0.1
+"""A mutant that is imported anew meets the tests of all files that take less, before any that takes more."""
 IMPORT_CPU_S = 20
 FORK_WALL_S = 900
 """A fork without an end after so long by the wall clock tells nothing: it waits, or the machine is busy."""
@@ -235,10 +237,15 @@ class Killers:
             self.all[trial.by] += 1
             self.near[mutant.function, trial.by] += 1
 
-    def sorted(self, mutant: Mutant, tests: Iterable[str]) -> list[str]:
-        """Those that killed neighbours, those that killed others, those that are quick."""
+    def sorted(self, mutant: Mutant, tests: Iterable[str], quick: bool | None = None) -> list[str]:
+        """All, only quick or only slow ones: those that killed neighbours, those that killed others, the quickest."""
         return sorted(
-            (test for test in tests if self.seconds.get(test, 0.0) < self.under_s),
+            (
+                test
+                for test in tests
+                if (took_s := self.seconds.get(test, 0.0)) < self.under_s
+                if quick is None or quick == (took_s < QUICK_S)
+            ),
             key=lambda test: (-self.near[mutant.function, test], -self.all[test], self.seconds.get(test, 0.0)),
         )
 
@@ -409,18 +416,20 @@ class Module:
             yield number, ended.trial
 
     def _try_anew(self, numbers: Sequence[int], killers: Killers, jobs: int) -> dict[int, Trial]:
-        """Import each mutant and load the tests, file by file: the one that kills most first."""
+        """Import each mutant and load the tests, file by file: the one that kills most first, slow tests at the end."""
 
         def deadliness(name: str) -> int:
             return sum(count for test, count in killers.all.items() if test.startswith(f"tests/{name}.py"))
 
         trials = dict.fromkeys(numbers, Trial(SURVIVED))
-        for name in sorted(self.files, key=deadliness, reverse=True):
-            left = [number for number, trial in trials.items() if trial.verdict == SURVIVED]
-            for _, ended in forks(1, [name] if left else [], self._as_it_is):
+        files = sorted(self.files, key=deadliness, reverse=True)
+        for name in files if numbers else ():
+            for _, ended in forks(1, [name], self._as_it_is):
                 if ended.answer != "":
                     raise Broken(ended.answer or ended.raised or f"{name} ended by signal {ended.signal}")
-            for number, ended in forks(jobs, left, lambda number: self._anew(number, name, killers)):  # noqa: B023
+        for name, quick in [(name, quick) for quick in (True, False) for name in files]:
+            left = [number for number, trial in trials.items() if trial.verdict == SURVIVED]
+            for number, ended in forks(jobs, left, functools.partial(self._anew, name, quick, killers)):
                 trials[number] = ended.trial
                 killers.add(self.made[number], ended.trial)
         for number, trial in trials.items():
@@ -431,15 +440,15 @@ class Module:
         """In a fork: whether one file of tests can be loaded where nothing is changed."""
         return _load(self.root, [name], lambda loaded: None)
 
-    def _anew(self, number: int, name: str, killers: Killers) -> str:
-        """In a fork: one mutant, one file of tests; the test that fails."""
+    def _anew(self, name: str, quick: bool, killers: Killers, number: int) -> str:
+        """In a fork: one file's quick tests, or its slow ones, with one mutant; the test that fails."""
         _limit(IMPORT_CPU_S)
         sys.dont_write_bytecode = True
         mutant = self.made[number]
         mutant.apply()
         sys.meta_path.insert(0, Only(self.name, self.file, ast.fix_missing_locations(self.tree)))
         return _load(
-            self.root, [name], lambda loaded: loaded.run(killers.sorted(mutant, loaded.tests), killers.seconds)
+            self.root, [name], lambda loaded: loaded.run(killers.sorted(mutant, loaded.tests, quick), killers.seconds)
         )
 
 
