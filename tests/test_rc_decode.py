@@ -93,11 +93,22 @@ def test_a_pause_that_cannot_be_is_refused(pause_us):
         rc_decode.decoder("sbus", pause_us=pause_us)
 
 
-def test_the_pause_is_five_byte_times_unless_given():
-    assert rc_decode.decoder("uart12").pause_us == pytest.approx(5 * 104.17, abs=0.1)
-    assert rc_decode.decoder("sbus").pause_us == pytest.approx(600)
-    assert rc_decode.decoder("crsf").pause_us == pytest.approx(5 * 23.81, abs=0.1)
-    assert rc_decode.decoder("crsf", pause_us=2000).pause_us == 2000
+@pytest.mark.parametrize(
+    ("protocol", "bits", "baud"),
+    [
+        ("uart12", 12, 115_200),
+        ("sbus", 12, 100_000),
+        ("crsf", 10, 420_000),
+        ("ibus", 10, 115_200),
+        ("dbus", 11, 100_000),
+    ],
+)
+def test_the_pause_is_five_byte_times_unless_given(protocol, bits, baud):
+    """Start bit, eight data bits, a parity bit or none, one or two stop bits."""
+    decoder = rc_decode.decoder(protocol)
+    assert decoder.byte_us == pytest.approx(bits * 1_000_000 / baud, rel=1e-12)
+    assert decoder.pause_us == pytest.approx(5 * bits * 1_000_000 / baud, rel=1e-12)
+    assert rc_decode.decoder(protocol, pause_us=2000).pause_us == 2000
 
 
 @pytest.mark.parametrize(

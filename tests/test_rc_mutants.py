@@ -7,7 +7,7 @@ import streams
 
 from bench import rc_decode
 from bench.messages import RcFrame, RcNoise, RcOther
-from bench.rc import crsf, sbus
+from bench.rc import crsf, ibus, sbus
 
 
 def test_an_sbus_frame_is_believed_before_one_that_lost_its_header_however_reads_cut_it():
@@ -244,3 +244,45 @@ def test_a_crsf_type_is_a_byte():
     for kind in (-1, 256):
         with pytest.raises(ValueError, match=f"type is {kind}; expected 0 to 255"):
             crsf.encode_frame(kind, b"")
+
+
+# --- i-BUS -------------------------------------------------------------------------------------------------------
+
+
+def test_an_ibus_frame_is_marked_only_where_it_is_asked_for():
+    assert ibus.encode((1500,) * 14) == ibus.encode((1500,) * 14, failsafe=False) != ibus.encode((1500,) * 14, True)
+    assert ibus.encode((1500,) * 14)[2:4] == bytes.fromhex("dc05")
+
+
+# --- DBUS --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("frame", "sticks"),
+    [
+        # A byte further on stand 1492, 897, 635, 941: 1067 counts from the middle, and these are 1066 from it.
+        ("05 d4 0d dc 9e 5a 77 00 00 00 00 00 00 00 00 00 00 00", (1029, 442, 880, 1359)),
+        # 1100, 506, 1146, 1276: both are 968 counts from the middle, and the earlier place is believed.
+        ("01 4c d4 8f 1e f9 b9 00 00 00 00 00 00 00 00 00 00 00", (1025, 649, 575, 1167)),
+    ],
+)
+def test_the_first_dbus_frame_is_that_whose_sticks_are_nearer_to_1024(frame, sticks):
+    data = b"\x00" + bytes.fromhex(frame) * 4
+    (noise, *frames) = streams.check_stream(lambda: rc_decode.decoder("dbus"), data)
+    assert (noise.offset, noise.length) == (0, 1)
+    assert [(event.offset, event.channels[:4]) for event in frames] == [(1 + 18 * k, sticks) for k in range(4)]
+
+
+@pytest.mark.parametrize(
+    ("protocol", "limits"),
+    [
+        ("uart12", ((0, 4095),) * 4 + ((0, 255),) * 2),
+        ("sbus", ((0, 2047),) * 16),
+        ("crsf", ((0, 2047),) * 16),
+        ("ibus", ((0, 4095),) * 14),
+        # Sticks, switches, mouse, its buttons, keys; the wheel is eleven bits, as docs/rc/dbus.md has it.
+        ("dbus", (*((364, 1684),) * 4, *((1, 3),) * 2, *((-32768, 32767),) * 3, *((0, 1),) * 2, (0, 65535), (0, 2047))),
+    ],
+)
+def test_channels_have_the_limits_of_their_documents(protocol, limits):
+    assert rc_decode.channel_limits(protocol) == limits
