@@ -65,6 +65,7 @@ TOOLS = (
 )
 """What tests and bench import from outside, loaded once for all forks."""
 OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=", "--tb=no")
+OPTIONS += ("-p", "no:unraisableexception", "-p", "no:threadexception")  # they collect garbage, which takes long
 OPTIONS += ("--assert=plain",)  # pytest would read bench itself, as it does where a plugin is installed from: no mutant
 
 Piece = TypeVar("Piece")
