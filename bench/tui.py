@@ -10,7 +10,7 @@ import os
 import signal
 from types import FrameType
 
-from textual import events
+from textual import constants, events
 from textual.app import App, ComposeResult
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
@@ -22,8 +22,11 @@ from bench.check.summary import Summary
 from bench.errors import EXIT_FAILED, EXIT_OK
 from bench.io.clock import Pacer, WallPacer, now_ns
 from bench.io.link import InlineLink, Taker
-from bench.screen.keyboard import MOTION, Keyboard
+from bench.screen.key_sticks import MOTION
+from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
+from bench.screen.layout import Place
+from bench.screen.mouse_sticks import pad_of
 from bench.screen.panel import BACKGROUND, FOREGROUND, Panel
 from bench.screen.session import Session
 from bench.screen.terminal import BACKLOG, CursorReported, KeyReleased, KittyReported, Terminal, TerminalGone
@@ -40,12 +43,14 @@ class Dashboard(App[None], inherit_bindings=False):
     """A session on the screen."""
 
     ENABLE_COMMAND_PALETTE = False
+    ALLOW_SELECT = False
     CSS = f"Screen {{ background: {BACKGROUND}; color: {FOREGROUND}; overflow: hidden; }}"
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
         self._panels: dict[str, Panel] = {}
+        self._pad_place: Place | None = None
         self._asked_to_leave = False
         self._handlers: dict[signal.Signals, signal._HANDLER] = {}
 
@@ -88,6 +93,8 @@ class Dashboard(App[None], inherit_bindings=False):
                 self._press("space" if stops else _name(event), event.time)
             if not typing:
                 return
+        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
+            self._point(event)
         await super().on_event(event)
 
     def on_key_released(self, message: KeyReleased) -> None:
@@ -135,16 +142,33 @@ class Dashboard(App[None], inherit_bindings=False):
         if key == "ctrl+z":
             self.action_suspend_process()
             return
-        now = now_ns()
-        terminal = self.terminal
-        age_ms = int(now / 1e6 - at_s * 1e3)
-        if terminal is not None and terminal.watch.answers:
-            age_ms = max(age_ms, terminal.watch.age_ms(now))
+        age_ms = self._age_ms(at_s)
         if key in MOTION and age_ms > STALL_MS:
             self.session.too_late(age_ms)
         else:
             self.session.key(key)
         self._leave_if_over()
+
+    def _age_ms(self, at_s: float) -> int:
+        """How long ago what was received then may have been done."""
+        now, terminal = now_ns(), self.terminal
+        age_ms = int(now / 1e6 - at_s * 1e3)
+        return max(age_ms, terminal.watch.age_ms(now)) if terminal is not None and terminal.watch.answers else age_ms
+
+    def _point(self, event: events.MouseEvent) -> None:
+        """The mouse, for the sticks that are drawn for it. The screen's edge is where it leaves the window."""
+        place, session = self._pad_place, self.session
+        x, y = int(event.x), int(event.y)
+        outside = not (0 < x < self.size.width - 1 and 0 < y < self.size.height - 1)
+        if place is None or outside or isinstance(event, events.MouseUp):
+            session.drop()
+        elif isinstance(event, events.MouseDown | events.MouseMove):
+            if (age_ms := self._age_ms(event.time)) > STALL_MS:
+                session.drop()
+                session.too_late(age_ms)
+                return
+            pressed = isinstance(event, events.MouseDown)
+            session.point(pressed, x - place.x, y - place.y, pad_of(place.width, place.height))
 
     def _look_after_terminal(self) -> None:
         """Ask it whether it is alive, and let go of everything when it does not answer or takes nothing."""
@@ -159,6 +183,8 @@ class Dashboard(App[None], inherit_bindings=False):
         watch = terminal.watch
         if session.keyboard is not None:
             session.keyboard.sticks.releases = watch.releases and watch.answers
+            session.keyboard.sticks.proven = watch.trusted and watch.answers
+            terminal.point(session.keyboard.mouse.on)
         if terminal.backlog <= BACKLOG:
             terminal.write(watch.ask(now, self.size.width))
             if terminal.lost_writes:
@@ -184,6 +210,7 @@ class Dashboard(App[None], inherit_bindings=False):
         self.session.sight.size = self.size
         scene = self.session.scene()
         where = places(scene, *self.size)
+        self._pad_place = where.get("pad")
         for name, panel in self._panels.items():
             place = where.get(name)
             panel.put(place)
@@ -227,7 +254,8 @@ def _open(session: Session) -> int:
     for name in ("COLUMNS", "LINES"):
         os.environ.pop(name, None)  # where they are set (readline does), they would stand for the size for ever
     try:
-        app.run(mouse=False)  # nothing takes the mouse: it stays the terminal's, for selecting text
+        # A terminal's mouse stays its own, for selecting text, until M asks for it; a browser's has nothing else to do.
+        app.run(mouse=constants.DRIVER is not None)
     finally:
         session.link.close()
     if session.failure is not None:

@@ -11,7 +11,8 @@ from bench.config import load_profile
 from bench.loop import simulated
 from bench.messages import BodyTwist
 from bench.rc.transmitter import Sticks
-from bench.screen.keyboard import Keyboard, KeySticks
+from bench.screen.key_sticks import KeySticks
+from bench.screen.keyboard import Keyboard
 
 MOTION_KEYS = ["w", "s", "a", "d", "q", "e", "up", "down", "left", "right"]
 

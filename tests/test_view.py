@@ -13,7 +13,7 @@ from bench.screen import text
 from bench.screen.canvas import Canvas
 from bench.screen.layout import DRIVE, ENDED, HELP, LIVE, PAGES, arrange
 from bench.screen.panel import STYLES
-from bench.screen.scene import Menu, Pace, Replay, Shown
+from bench.screen.scene import Hands, Menu, Pace, Replay, Shown
 from bench.screen.view import PANELS, draw, picture, places
 from bench.screen.wires import wires
 
@@ -38,11 +38,11 @@ def test_a_terminal_that_is_too_small_gets_a_sentence(width, height):
 
 @given(
     st.integers(1, 250), st.integers(1, 80), st.integers(3, 8), st.floats(0.3, 4.0), st.booleans(),
-    st.sampled_from([LIVE, HELP, ENDED]), st.sampled_from(PAGES),
+    st.sampled_from([LIVE, HELP, ENDED]), st.sampled_from(PAGES), st.booleans(),
 )  # fmt: skip
 @settings(max_examples=200)
-def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect, replay, state, page):
-    found = arrange(width, height, wheels=count, aspect=aspect, replay=replay, state=state, page=page)
+def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect, replay, state, page, pad):
+    found = arrange(width, height, wheels=count, aspect=aspect, replay=replay, state=state, page=page, pad=pad)
     cells = set()
     for name, place in found.items():
         assert place.width > 0, name
@@ -54,7 +54,9 @@ def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect,
     if width >= 60 and height >= 16:
         assert {"title", "footer"} <= found.keys()
         if state == LIVE:
-            drives = {"status", "wheels"} | ({"wiretable", "scope"} if width >= 170 and height >= 50 else set())
+            assert ("pad" in found) is pad
+            is_wide = width >= 170 and height - 9 * pad >= 50
+            drives = {"status", "wheels"} | ({"wiretable", "scope"} if is_wide else set())
             assert (drives if page == DRIVE else {"strip"}) <= found.keys()
 
 
@@ -248,11 +250,14 @@ def test_strangers_on_the_bus_are_counted_and_the_newest_is_named(width, height)
     assert not [row for row in picture(SCENE, width, height) if " bus " in row]
 
 
+PAD = Hands(50, True, False, pad=(0.25, -0.5, 0.0), curve="expo 0.30, dead-band 5 %")
+
+
 def test_every_role_has_a_style_and_every_panel_a_place():
     assert set(STYLES) == set(text.ROLES)
     everywhere = set()
     pages = [scene(shown=Shown(page)) for page in PAGES]
-    for shown in (*pages, scene(help=True), scene(hands=None, replay=Replay("x", 1, "", ("end",)))):
+    for shown in (*pages, scene(help=True), scene(hands=PAD), scene(hands=None, replay=Replay("x", 1, "", ("end",)))):
         for size in ((80, 24), (120, 40), (10, 3)):
             everywhere |= places(shown, *size).keys()
     assert everywhere == set(PANELS)

@@ -1,15 +1,11 @@
-"""The keyboard as a transmitter: keys and ticks in, RC bytes out by the front door. No Textual, no clock.
-
-Most terminals report presses and repeats, never releases. So a key grants motion for `KEY_LEASE_MS` and no longer; a
-held key lives by its repeats. Between the first press and the first repeat (250 to 660 ms on common systems) the stick
-returns to rest: a tap nudges, only holding drives. Whoever lets go, or loses the keyboard, stops the robot.
-
-A terminal that reports releases (`KeySticks.releases`) holds a key from its press to its release. The lease stays: what
-renews it is each proof that the terminal is alive and has reported no release (`alive`), and no proof is worth anything
-once the keyboard itself has been silent for `SILENT_HOLD_MS`. docs/driving.md.
+"""The transmitter in a person's hands: keys, mouse, gamepad in, RC bytes out by the front door. No Textual, no clock.
 
     w s a d q e, arrows    lease one axis           Enter, f    press AUX1, AUX2 once
     t c                    transmitter, core's arc  Space       everything to rest, disarmed
+    m i                    mouse sticks, next source
+
+One source has the sticks at a time: the keys with the mouse, a gamepad, or a real receiver, whose bytes go in as they
+come. Space stops whatever drives; a gamepad's own stop button too.
 """
 
 from __future__ import annotations
@@ -18,73 +14,16 @@ from bench.config import Profile
 from bench.loop import NOTHING
 from bench.messages import ZERO_TWIST, BodyTwist, TickInput
 from bench.rc.transmitter import Sticks, Transmitter
+from bench.screen.key_sticks import KEY_LEASE_MS, MOTION, KeySticks
+from bench.screen.mouse_sticks import MouseSticks, Pad
+from bench.screen.scene import Hands
 
-KEY_LEASE_MS = 120
-SILENT_HOLD_MS = 1000
-"""The longest that a key is held without any event of the keyboard: longer than the longest delay before repeats."""
 PULSE_MS = 60
 """How long a virtual switch is pressed: several frames of any transmitter that we know."""
 POWER_STEP_PERCENT = 10
 CORE_ARC = BodyTwist(0.2, 0.0, 0.5)
 """What the core asks for on request: a circle of radius 0.4 m, to the left."""
-
-FORWARD, LEFT, TURN = 0, 1, 2
-MOTION = {
-    "w": (FORWARD, 1.0), "s": (FORWARD, -1.0), "up": (FORWARD, 1.0), "down": (FORWARD, -1.0),
-    "a": (LEFT, 1.0), "d": (LEFT, -1.0), "left": (LEFT, 1.0), "right": (LEFT, -1.0),
-    "q": (TURN, 1.0), "e": (TURN, -1.0),
-}  # fmt: skip
-"""Key -> axis and sense: forward, left and counter-clockwise are positive."""
-
-
-class KeySticks:
-    """Which way the sticks stand, from keys alone. `power_percent` is how far a key pushes its stick.
-
-    `releases` says that the terminal reports when a key is let go.
-    """
-
-    def __init__(self, power_percent: int = 50) -> None:
-        self.power_percent = power_percent
-        self.releases = False
-        self._lease_ticks, self._silent_ticks = KEY_LEASE_MS, SILENT_HOLD_MS
-        self._until: dict[str, int] = {}  # the key pressed last stands last
-        self._heard_tick = 0
-
-    def set_rate(self, rate: float) -> None:
-        """Simulated time runs so fast: a lease is never longer than its milliseconds, neither theirs nor the wall's."""
-        self._lease_ticks = max(1, round(KEY_LEASE_MS * min(1.0, rate)))
-        self._silent_ticks = round(SILENT_HOLD_MS * rate)
-
-    def press(self, key: str, now_tick: int) -> None:
-        """Lease the key's axis from now on. Raises KeyError for a key that moves nothing."""
-        MOTION[key]
-        self._until.pop(key, None)
-        self._until[key] = now_tick + self._lease_ticks
-        self._heard_tick = now_tick
-
-    def let_go(self, key: str) -> None:
-        """That key is no longer held."""
-        self._until.pop(key, None)
-
-    def alive(self, now_tick: int) -> None:
-        """The terminal is there, and says that what was held still is. A lease that has ended stays so."""
-        if self.releases and now_tick - self._heard_tick <= self._silent_ticks:
-            until = now_tick + self._lease_ticks
-            self._until = {key: until for key, end in self._until.items() if now_tick < end}
-
-    def release(self) -> None:
-        """Let go of every key at once."""
-        self._until.clear()
-
-    def sticks(self, now_tick: int) -> Sticks:
-        """Where the sticks stand in this tick: of two keys of one axis, the one pressed last counts."""
-        power = self.power_percent / 100.0
-        axes = [0.0, 0.0, 0.0]
-        for key, until in self._until.items():
-            if now_tick < until:
-                axis, sense = MOTION[key]
-                axes[axis] = sense * power
-        return Sticks(axes[FORWARD], axes[LEFT], axes[TURN])
+KEYS = "keys"
 
 
 class Pulse:
@@ -123,6 +62,9 @@ class Keyboard:
 
     def __init__(self, profile: Profile | None) -> None:
         self.sticks = KeySticks()
+        self.mouse = MouseSticks()
+        self.source = KEYS
+        self.profile = profile
         self.transmitter = Transmitter(profile) if profile is not None else None
         self.core_asks = False
         self._period_ticks = profile.period_ms if profile is not None else 1
@@ -143,14 +85,56 @@ class Keyboard:
             twist = CORE_ARC if self.core_asks else ZERO_TWIST
         rc = b""
         if self.transmitter is not None and tick % self._period_ticks == 0:  # between frames nobody looks at the sticks
-            sticks = self.sticks.sticks(tick)
+            sticks = self._sticks(tick)
             rc = self.transmitter.step(tick, sticks._replace(aux1=self._aux1.on(tick), aux2=self._aux2.on(tick)))
         return TickInput(rc, twist) if rc or twist is not None else NOTHING
 
     def release(self) -> None:
-        """Nobody is at the keys any more: the sticks spring back, the core stands. Switches stay as they are."""
-        self.sticks.release()
+        """Nobody is there any more: the sticks spring back, the core stands. Switches stay as they are."""
+        self.let_go()
         self.core_asks = False
+
+    def let_go(self) -> None:
+        """The sticks spring back."""
+        self.sticks.release()
+        self.mouse.release()
+
+    def point(self, pressed: bool, x: int, y: int, pad: Pad, now_tick: int, armed: bool) -> str:
+        """The mouse's button has gone down on that cell, or the mouse has moved there."""
+        if not pressed:
+            self.mouse.drag(x, y, pad, now_tick)
+            return ""
+        taken = self.mouse.press(x, y, pad, now_tick)
+        return "disarmed; Enter arms" if taken and not armed else ""
+
+    def alive(self, now_tick: int) -> None:
+        """The terminal is there, and what was held still is."""
+        self.sticks.alive(now_tick)
+        if self.sticks.proven:
+            self.mouse.alive(now_tick)
+
+    def set_rate(self, rate: float) -> None:
+        """Simulated time runs so fast."""
+        self.sticks.set_rate(rate)
+        self.mouse.set_rate(rate)
+
+    def hands(self, now_tick: int) -> Hands:
+        """What is to be shown of all this."""
+        sticks, profile = self._sticks(now_tick), self.profile
+        return Hands(
+            self.sticks.power_percent,
+            self.transmitter.on if self.transmitter is not None else None,
+            self.core_asks,
+            releases=self.sticks.releases,
+            source=self.source,
+            pad=(sticks.forward, sticks.left, sticks.turn) if self.mouse.on else None,
+            curve=f"expo {profile.expo:.2f}, dead-band {100 * profile.dead_band:.0f} %" if profile is not None else "",
+        )
+
+    def _sticks(self, tick: int) -> Sticks:
+        """Where the source in use holds them. Of keys and mouse, what the mouse holds counts."""
+        keys, mouse = self.sticks.sticks(tick), self.mouse.sticks(tick, self.sticks.power_percent)
+        return Sticks(mouse.forward or keys.forward, mouse.left or keys.left, mouse.turn or keys.turn)
 
     def press(self, key: str, now_tick: int, armed: bool) -> str:
         """One press or repeat of a key. `armed` is the base's state now, for Space."""
@@ -170,7 +154,7 @@ class Keyboard:
 
     def stop(self, now_tick: int, armed: bool) -> str:
         """Everything to rest and, by the switch that the profile has for it, disarmed."""
-        self.sticks.release()
+        self.let_go()
         self.core_asks = False
         if self.transmitter is None:
             return "stopped: the core asks for nothing"
@@ -190,7 +174,17 @@ class Keyboard:
         self.sticks.power_percent = max(POWER_STEP_PERCENT, min(100, power))
         return f"keys push the sticks to {self.sticks.power_percent} %"
 
+    def _show_pad(self) -> str:
+        """The mouse's sticks, there or not."""
+        if self.transmitter is None:
+            return "this robot takes no RC"
+        self.mouse.release()
+        self.mouse.on = not self.mouse.on
+        return "drag the sticks; M gives the mouse back" if self.mouse.on else "the mouse is the terminal's"
+
     def _switch(self, key: str, now_tick: int) -> str:
+        if key == "m":
+            return self._show_pad()
         if key == "c":
             self.core_asks = not self.core_asks
             return "the core asks for an arc" if self.core_asks else "the core asks to stand"
@@ -198,7 +192,7 @@ class Keyboard:
             return "this robot takes no RC"
         if key == "t":
             self.transmitter.on = not self.transmitter.on
-            self.sticks.release()
+            self.let_go()
             return "transmitter on" if self.transmitter.on else "transmitter off"
         if not self.transmitter.on:
             return "the transmitter is off; T switches it on"

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+PAD_ROWS = 9
 SMALLEST = (60, 16)
 STATUS_WIDTH = 45
 STATUS_ROWS = 12
@@ -68,8 +69,12 @@ def arrange(
     replay: bool = False,
     state: str = LIVE,
     page: str = DRIVE,
+    pad: bool = False,
 ) -> dict[str, Place]:
-    """Panel -> place. `aspect` is the field's length by its width; `state` is LIVE, HELP, or ENDED (with a summary)."""
+    """Panel -> place. `aspect` is the field's length by its width; `state` is LIVE, HELP, or ENDED (with a summary).
+
+    `pad`: the mouse's sticks take the foot of whatever page.
+    """
     if width < SMALLEST[0] or height < SMALLEST[1]:
         return {"small": Place(0, 0, width, height)}
     places = {"title": Place(0, 0, width, 1), "footer": Place(0, height - 1, width, 1)}
@@ -78,6 +83,11 @@ def arrange(
         places["progress"] = Place(0, y, width, 1)
         y += 1
     rest = Place(0, y, width, height - 1 - y)
+    if pad and state == LIVE:
+        rows = min(PAD_ROWS, rest.height // 2)
+        places["pad"] = Place(0, rest.y + rest.height - rows, width, rows)
+        rest = rest._replace(height=rest.height - rows)
+        height -= rows
     if state == HELP:
         return places | {"help": rest}
     if page != DRIVE:

@@ -36,6 +36,12 @@ class Hands:
     core_asks: bool
     releases: bool = False
     """Whether the terminal tells when a key is let go."""
+    source: str = "keys"
+    """What holds the sticks."""
+    pad: tuple[float, float, float] | None = None
+    """The mouse's sticks are shown, and stand so: forward, left, counter-clockwise, -1 to 1."""
+    curve: str = ""
+    """What the transmitter's profile makes of a stick."""
 
 
 @dataclass(frozen=True, slots=True)

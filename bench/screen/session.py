@@ -10,9 +10,11 @@ from bench.arena import FIELD
 from bench.check.run import Run
 from bench.check.summary import Summary
 from bench.io.link import InlineLink
-from bench.screen.keyboard import MOTION, Keyboard
+from bench.screen.key_sticks import MOTION
+from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
-from bench.screen.scene import Hands, Pace, Replay, Scene
+from bench.screen.mouse_sticks import Pad
+from bench.screen.scene import Pace, Replay, Scene
 from bench.screen.sight import sight_of
 
 NOTICE_FRAMES = 50
@@ -22,7 +24,7 @@ RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 REST_TICKS = 1500
 """Leaving a drive, the bench runs on until its base has disarmed, at most so long: a lost link takes half a second."""
 REST_STEP_TICKS = 10
-SWITCHES = ("space", "enter", "f", "t", "c")
+SWITCHES = ("space", "enter", "f", "t", "c", "m")
 
 
 class Session:
@@ -98,6 +100,19 @@ class Session:
             self._advance()
             self.keyboard.sticks.let_go(key)
 
+    def point(self, pressed: bool, x: int, y: int, pad: Pad) -> None:
+        """The mouse is on that cell of the pad's panel: its button has just gone down there, or it has moved."""
+        if self.keyboard is None or self.over or not self.keyboard.mouse.on or self.link.paused:
+            return
+        self._advance()
+        self._say(self.keyboard.point(pressed, x, y, pad, self.link.now_tick, self.link.latest().armed))
+
+    def drop(self) -> None:
+        """The mouse has let go, or has left the window."""
+        if self.keyboard is not None and not self.over:
+            self._advance()
+            self.keyboard.mouse.release()
+
     def too_late(self, age_ms: int) -> None:
         """A key that moves something has come, but it may have been pressed so long ago."""
         self._say(f"not heard: the connection is {age_ms} ms late")
@@ -106,7 +121,7 @@ class Session:
         """The terminal has proved that it is there, and that whoever holds a key still holds it."""
         if self.keyboard is not None and not self.over:
             self._advance()
-            self.keyboard.sticks.alive(self.link.now_tick)
+            self.keyboard.alive(self.link.now_tick)
 
     def silence(self, age_ms: int) -> None:
         """The terminal used to answer and has not for so long: nobody knows what the hands do."""
@@ -149,9 +164,7 @@ class Session:
         plant = link.bench.world.plant
         hands = replay = None
         if keyboard is not None:
-            on = keyboard.transmitter.on if keyboard.transmitter is not None else None
-            releases = keyboard.sticks.releases
-            hands = Hands(keyboard.sticks.power_percent, on, keyboard.core_asks, releases=releases)
+            hands = keyboard.hands(link.now_tick)
         elif self._job is not None:
             verdict = self._lamp.text if self._lamp is not None else ""
             replay = Replay(self._job.title, self._job.ticks, verdict, self._result)
@@ -192,7 +205,7 @@ class Session:
             self._say("the run has ended")
             return
         if self.keyboard is not None:
-            self.keyboard.sticks.release()
+            self.keyboard.let_go()
         self.link.pause(not self.link.paused)
 
     def _change_rate(self, step: int) -> None:
@@ -200,7 +213,7 @@ class Session:
         nearest = min(range(len(RATES)), key=lambda i: abs(RATES[i] - pacer.rate))
         pacer.set_rate(RATES[max(0, min(len(RATES) - 1, nearest + step))])
         if self.keyboard is not None:
-            self.keyboard.sticks.set_rate(pacer.rate)
+            self.keyboard.set_rate(pacer.rate)
         self._say(f"time runs ×{pacer.rate:g}")
 
     def _say(self, notice: str) -> None:

@@ -42,7 +42,8 @@ _MS = 1_000_000
 class TerminalWatch:
     """One terminal from the moment when the app takes it. Times are monotonic nanoseconds.
 
-    `releases`: key releases are reported. `answers`: it has ever answered. `round_trip_ms` is the last answer's.
+    `releases`: key releases are reported. `answers`: it has ever answered. `trusted`: it is not known that something
+    else answers in its place. `round_trip_ms` is the last answer's.
     """
 
     def __init__(self, now_ns: int, environment: Mapping[str, str]) -> None:
@@ -50,7 +51,8 @@ class TerminalWatch:
         self.answers = False
         self.round_trip_ms: int | None = None
         self._started_ns = now_ns
-        self._may_ask_kitty = not any(environment.get(name) for name in IN_BETWEEN)
+        in_between = environment.get("TERM", "").startswith(("screen", "tmux"))
+        self.trusted = not in_between and not any(environment.get(name) for name in IN_BETWEEN)
         self._kitty_asked = self._kitty_set = False
         self._proven_ns = now_ns
         self._asked: deque[tuple[int, int]] = deque(maxlen=TAGS - 1)
@@ -61,7 +63,7 @@ class TerminalWatch:
         if not self.answers and now_ns - self._started_ns > GIVE_UP_MS * _MS:
             return ""
         kitty = ""
-        if self._may_ask_kitty and not self._kitty_asked:
+        if self.trusted and not self._kitty_asked:
             self._kitty_asked = True
             kitty = ASK_KITTY
         if self._asked and self.stalled(now_ns) and now_ns - self._asked[-1][1] < STALL_MS * _MS:

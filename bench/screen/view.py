@@ -11,6 +11,7 @@ from bench.screen import layout
 from bench.screen.arena import arena
 from bench.screen.bars import footer, progress, title
 from bench.screen.checks import checks, glance
+from bench.screen.pad import pad
 from bench.screen.pages import help_page, small, summary
 from bench.screen.scene import Scene
 from bench.screen.scope import scope
@@ -33,6 +34,7 @@ PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
     "wiretable": wiretable,
     "scope": scope,
     "checks": checks,
+    "pad": pad,
     "footer": footer,
     "help": help_page,
     "summary": summary,
@@ -53,6 +55,7 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
         replay=replay is not None,
         state=state,
         page=scene.shown.page,
+        pad=scene.hands is not None and scene.hands.pad is not None,
     )
 
 
