@@ -24,6 +24,7 @@ VERBS = {
     "dbc": "a DBC of every message on the motors' CAN bus",
     "robots": "what can be driven",
     "emulate": "hardware for a driver or a firmware to talk to: ESCs, an SLCAN adapter, a base, a core, an RC receiver",
+    "doctor": "what this machine can do: ports, permissions, terminal, clock; `doctor timing` measures punctuality",
 }
 
 

@@ -15,7 +15,7 @@ ONLY_IN = {
     "textual": ("tui.py", "screen/"),
     "rich": ("tui.py", "screen/"),
     "pymunk": ("plant.py",),
-    "serial": ("io/ports.py", "io/serial_port.py"),
+    "serial": ("io/ports.py", "io/serial_port.py", "io/surroundings.py"),
     "can": ("io/ports.py", "io/can_port.py", "cli/canlog.py"),
     "time": ("io/clock.py",),
     "datetime": (),

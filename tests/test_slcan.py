@@ -2,6 +2,7 @@
 
 import os
 import random
+import threading
 
 import can
 import pytest
@@ -242,25 +243,22 @@ def test_a_pulled_cable_is_noticed_and_taken_up_again(tmp_path):
 
 
 def test_an_adapter_that_will_not_open_is_named():
+    """It refuses everything but its version."""
     master, slave = os.openpty()
-    os.set_blocking(master, False)
-    child = os.fork()
-    if child == 0:  # an adapter that refuses everything but its version
-        try:
-            os.set_blocking(master, True)
-            heard = b""
-            while not heard.endswith(b"V\r"):
-                heard += os.read(master, 100)
-            os.write(master, b"\r\r\r\a\a\aV1013\r")
-            os.read(master, 100)
-        finally:
-            os._exit(0)
+
+    def refuse():
+        heard = b""
+        while not heard.endswith(b"V\r"):
+            heard += os.read(master, 100)
+        os.write(master, b"\r\r\r\a\a\aV1013\r")
+
+    adapter = threading.Thread(target=refuse)
+    adapter.start()
     try:
         with pytest.raises(SurroundingsError, match="refuses to open; try another bitrate"):
             open_can("--can", f"can:slcan:{os.ttyname(slave)}")
     finally:
-        os.kill(child, 9)
-        os.waitpid(child, 0)
+        adapter.join()
         os.close(master)
         os.close(slave)
 

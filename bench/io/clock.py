@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import os
+import struct
 import sys
 import time
 from collections.abc import Callable
@@ -131,7 +133,12 @@ MISSED_NS = 300_000
 CALM_TICKS, MOST_CALM_TICKS = 1000, 64_000
 SLIP_NS = BURST_TICKS * TICK_NS
 LONGEST_LATE_US = 50_000
+REAL_TIME = "real-time priority"
+PRIORITY = 10
+"""Above everything ordinary, below the kernel's own threads."""
+SLICE_NS = 100_000
 _PR_SET_TIMERSLACK = 29
+_SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
 
 
 class Lateness:
@@ -151,6 +158,32 @@ class Lateness:
             self.most_us = late_ns / 1000
         if late_ns > TICK_NS:
             self.over_1_ms += 1
+
+    def add_many(self, late_us: int, ticks: int) -> None:
+        """So many ticks that were late by these whole microseconds and a part of one."""
+        self.ticks += ticks
+        self._counts[min(late_us, LONGEST_LATE_US)] += ticks
+        if late_us * 1000 >= TICK_NS:
+            self.over_1_ms += ticks
+        self.most_us = max(self.most_us, float(late_us))
+
+    def join(self, other: Lateness) -> None:
+        """Count the ticks of another too."""
+        most_us = max(self.most_us, other.most_us)
+        for late_us, ticks in enumerate(other._counts):
+            if ticks:
+                self.add_many(late_us, ticks)
+        self.most_us = most_us
+
+    def bars(self) -> list[tuple[str, int]]:
+        """A histogram in steps of 1, 2, 5, 10 ...: "up to 5 us" and how many ticks."""
+        edges = [step * 10**power for power in range(5) for step in (1, 2, 5)]
+        rows, low = [], 0
+        for edge in edges:
+            rows.append((f"{edge} us", sum(self._counts[low:edge])))
+            low = edge
+        rows.append((f"over {edges[-1]} us", sum(self._counts[low:])))
+        return rows
 
     def percentile_us(self, percent: float) -> float:
         """So many percent of the ticks were at most this late, to the microsecond above; 0 before the first."""
@@ -180,7 +213,8 @@ class Metronome:
     """Absolute deadlines, a millisecond apart: `wait` for each. It sleeps to just before it and spins the rest.
 
     Spinning is given up where it makes things worse: after a miss it is off, and comes back the later the more often
-    it was. What is behind by more than a quarter of a second slips and is counted.
+    it was; but for a process with real-time priority, which pays nothing for it (`spins_on`). What is behind by more
+    than a quarter of a second slips and is counted.
     """
 
     def __init__(
@@ -190,6 +224,7 @@ class Metronome:
         self.window_us = 0.0
         """The most since somebody set this to 0."""
         self.slipped_ticks = 0
+        self.spins_on = False
         self._read_ns, self._sleep = read_ns, sleep
         self._most_spin_ns = MOST_SPIN_NS if spin else 0
         self._spin_ns = self._most_spin_ns
@@ -228,25 +263,50 @@ class Metronome:
         return late_ns
 
     def _missed(self, late_ns: int) -> None:
-        if self._spin_ns:
-            self._calm_needed = min(2 * self._calm_needed, MOST_CALM_TICKS)
-        self._spin_ns = self._calm = 0
+        if not self.spins_on:
+            if self._spin_ns:
+                self._calm_needed = min(2 * self._calm_needed, MOST_CALM_TICKS)
+            self._spin_ns = self._calm = 0
         if late_ns > SLIP_NS:
+            be_ordinary()
+            self.spins_on = False
             slip = late_ns // TICK_NS
             self.slipped_ticks += slip
             self._deadline_ns += slip * TICK_NS
 
 
-def be_punctual() -> None:
-    """What a process needs that shall be woken on time: no timer slack (50 us by default), no garbage collection.
+def be_punctual(with_priority: bool = True) -> str:
+    """What a process needs that shall be woken on time; what it got, in words.
 
-    A tick makes no cycles, so nothing piles up; whoever makes some collects at a moment of their own.
+    No timer slack (50 us by default), and no garbage collection: a tick makes no cycles, so nothing piles up. Then
+    real-time priority, where that is allowed; else a short time slice, which newer kernels (6.12) honour by waking the
+    process earlier among others that compute. Children have none of it.
     """
     gc.collect()
     gc.freeze()
     gc.disable()
-    if sys.platform.startswith("linux"):
-        ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+    if not sys.platform.startswith("linux"):
+        return "ordinary scheduling"
+    libc = ctypes.CDLL(None)
+    libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+    if with_priority:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))
+            return REAL_TIME
+        except OSError:
+            pass
+    number = _SCHED_SETATTR.get(os.uname().machine)
+    # struct sched_attr: size, policy, flags (reset on fork), nice, priority, runtime (the slice), and what is not ours
+    attributes = struct.pack("<IIQiIQQQII", 56, 0, 1, os.getpriority(os.PRIO_PROCESS, 0), 0, SLICE_NS, 0, 0, 0, 0)
+    if number is not None and libc.syscall(number, 0, attributes, 0) == 0:
+        return "ordinary priority, short time slice"
+    return "ordinary scheduling"
+
+
+def be_ordinary() -> None:
+    """Give real-time priority back: who cannot keep up with it shall not keep others from running."""
+    if sys.platform.startswith("linux") and os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
 def wait_ns(duration_ns: int) -> None:

@@ -26,7 +26,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from bench.errors import BenchError, SurroundingsError
-from bench.io.clock import TICK_NS, Metronome, be_punctual, now_ns, wait_ns
+from bench.io.clock import REAL_TIME, TICK_NS, Lateness, Metronome, be_punctual, now_ns, wait_ns
 from bench.io.follower import TRAIL_POINTS, Wires
 from bench.io.link import BenchStopped, InlineLink, LostInstant, Taker
 from bench.io.realtime import run_in_real_time
@@ -96,6 +96,7 @@ class ProcessLink:
         ticks: int | None = None,
         operator: bool = False,
         watched: bool = True,
+        with_priority: bool = True,
     ) -> None:
         self.bench = bench
         self.inputs = inputs
@@ -109,6 +110,10 @@ class ProcessLink:
         self.ports: tuple[PortNote, ...] = ()
         self.notices: list[tuple[int, str]] = []
         self.lateness: dict[str, float] = {}
+        """How late the ticks were, known at the end; `counted` is the whole count."""
+        self.counted: Lateness | None = None
+        self.scheduling = ""
+        """What priority the loop had, known at the end."""
         self.missing: tuple[str, ...] = ()
         self.result: object = None
         self.takers: list[Taker] = []
@@ -127,7 +132,7 @@ class ProcessLink:
             self._child = os.fork()
         if self._child == 0:
             mine.close()
-            _child(theirs, inputs, prepare, ticks, operator, watched)
+            _child(prepare, _Live(theirs, inputs, ticks, operator, watched, with_priority))
         theirs.close()
         self._socket = mine
         self._await_ports()
@@ -294,7 +299,8 @@ class ProcessLink:
             self.late_ticks, self.slipped_ticks = int(state.late_us / 1000), state.slipped_ticks
             self.trail.append(state.point)
         elif kind == "end":
-            self._tick, self._error, self.result, self.lateness = value
+            self._tick, self._error, self.result, self.counted, self.scheduling = value
+            self.lateness = self.counted.facts() if self.counted is not None else {}
             self._over = True
 
     def _tell(self, kind: str, value: object) -> None:
@@ -310,14 +316,7 @@ class ProcessLink:
             self._socket.close()
 
 
-def _child(
-    link_end: socket.socket,
-    inputs: Callable[[int], TickInput],
-    prepare: Callable[[], Prepared],
-    ticks: int | None,
-    operator: bool,
-    watched: bool,
-) -> None:
+def _child(prepare: Callable[[], Prepared], live: _Live) -> None:
     """All that the child does; it never returns."""
     try:
         os.setpgrp()
@@ -325,7 +324,6 @@ def _child(
             signal.signal(number, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         error: BenchError | None = None
-        live = _Live(link_end, inputs, ticks, operator, watched)
         try:
             live.run(prepare)
         except BenchError as caught:
@@ -349,14 +347,17 @@ class _Live:
         ticks: int | None,
         operator: bool,
         watched: bool,
+        with_priority: bool,
     ) -> None:
         self._socket = link_end
+        self._with_priority = with_priority
         self._inputs = self._operators_inputs if operator else inputs
         self._ticks, self._watched = ticks, watched
         self._queue: dict[int, TickInput] = {}
         self._rig: Rig | None = None
         self._link: InlineLink | None = None
         self._metronome = Metronome()
+        self._scheduling = ""
         self._stop = False
         self._beat_ns = self._state_ns = now_ns()
         self._look_tick = 0
@@ -381,7 +382,8 @@ class _Live:
             self._tell("ready", tuple(PortNote(port.name, port.where, port.note) for port in ports))
             try:
                 if self._wait_for_ports():
-                    be_punctual()
+                    self._scheduling = be_punctual(self._with_priority)
+                    self._metronome.spins_on = self._scheduling == REAL_TIME
                     run_in_real_time(link, rig, self._metronome, self._between)
             finally:
                 if rig is not None:
@@ -394,9 +396,10 @@ class _Live:
     def end(self, error: BenchError | None) -> None:
         """The last word, which has to arrive."""
         self._socket.setblocking(True)
-        facts = self._metronome.lateness.facts()
         with suppress(OSError):  # nobody may be there to hear it
-            self._socket.send(pickle.dumps(("end", (self.tick, error, self._result, facts))))
+            self._socket.send(
+                pickle.dumps(("end", (self.tick, error, self._result, self._metronome.lateness, self._scheduling)))
+            )
 
     def _wait_for_ports(self) -> bool:
         """Before the first tick nothing is lost yet: wait until all are there. False where the parent gives up."""
