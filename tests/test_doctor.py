@@ -14,7 +14,7 @@ from bench.__main__ import main
 from bench.config import load_robot
 from bench.errors import SurroundingsError
 from bench.io import surroundings, timing
-from bench.io.clock import REAL_TIME, Lateness, be_punctual
+from bench.io.clock import REAL_TIME, Lateness
 
 ROOT = Path(__file__).parents[1]
 M2006 = load_robot("m2006")
