@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Callable
 from types import FrameType
+from typing import TypeAlias
 
 from textual import constants, events
 from textual.app import App, ComposeResult
@@ -18,17 +20,17 @@ from textual.drivers.linux_driver import LinuxDriver
 from bench.check.reading import Recording
 from bench.check.recording import Recorder
 from bench.check.run import Run
-from bench.check.summary import Summary
 from bench.errors import EXIT_FAILED, EXIT_OK
 from bench.io.clock import Pacer, WallPacer, now_ns
-from bench.io.link import InlineLink, Taker
 from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard
-from bench.screen.lamp import GoldenLamp
 from bench.screen.layout import Place
 from bench.screen.mouse_sticks import pad_of
 from bench.screen.panel import BACKGROUND, FOREGROUND, Panel
 from bench.screen.session import Session
+from bench.screen.settings import SettingsFile
+from bench.screen.stage import Stage, to_drive, to_show
+from bench.screen.tape import Tape
 from bench.screen.terminal import BACKLOG, CursorReported, KeyReleased, KittyReported, Terminal, TerminalGone
 from bench.screen.terminal_watch import STALL_MS
 from bench.screen.view import PANELS, draw, places
@@ -37,6 +39,11 @@ FRAMES_PER_S = 20
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 SIGNS = {"=": "+", "_": "-"}
 """What the keys of + and - give without, or with, shift."""
+Tell: TypeAlias = Callable[[str], object]
+
+
+def _tell_nobody(_: str) -> None:
+    pass
 
 
 class Dashboard(App[None], inherit_bindings=False):
@@ -130,7 +137,7 @@ class Dashboard(App[None], inherit_bindings=False):
     def frame(self) -> None:
         """One frame: the ticks that are due, then the picture."""
         if self._asked_to_leave:
-            self.session.leave()
+            self.session.leave(patience=False)
         else:
             self._look_after_terminal()
             self.session.frame()
@@ -225,31 +232,56 @@ def _name(event: events.Key) -> str:
     return SIGNS.get(sign, sign.lower()) if printed else event.key
 
 
-def drive(job: Run, keyboard: Keyboard, recorder: Recorder | None = None, pacer: Pacer | None = None) -> int:
-    """Drive a run's bench by keyboard until the person leaves. Returns the exit status; raises what ended it."""
-    link = InlineLink(job.bench, keyboard.inputs, pacer or WallPacer(), takers=[recorder] if recorder else [])
-    return _open(Session(link, keyboard=keyboard, recording=str(recorder.directory) if recorder else ""))
+def drive(
+    job: Run,
+    keyboard: Keyboard,
+    recorder: Recorder | None = None,
+    pacer: Pacer | None = None,
+    settings: SettingsFile | None = None,
+    tell: Tell = _tell_nobody,
+) -> int:
+    """Drive a run's bench by keyboard until the person leaves. Returns the exit status; raises what ended it.
+
+    `settings` are applied, and kept; `tell` gets what is worth saying once the screen is gone.
+    """
+    stage = to_drive(job, keyboard, pacer or WallPacer())
+    return _open(stage, recorder, settings, tell)
 
 
 def show(
-    run: Run, recorder: Recorder | None = None, golden: Recording | None = None, pacer: Pacer | None = None
+    run: Run,
+    recorder: Recorder | None = None,
+    golden: Recording | None = None,
+    pacer: Pacer | None = None,
+    settings: SettingsFile | None = None,
+    tell: Tell = _tell_nobody,
 ) -> int:
     """Play a run as it happens; at its end wait for the person to leave. Returns the exit status; raises what ended it.
 
     Every frame is held against `golden`, or against the recording that the run repeats. The status is 1 where it
     differs beyond the tolerances.
     """
-    golden = golden or run.source
-    lamp = GoldenLamp(golden) if golden is not None else None
-    summary = Summary(len(run.bench.robot.wheels))
-    takers: list[Taker] = [summary, *(taker for taker in (recorder, lamp) if taker is not None)]
-    link = InlineLink(run.bench, run.inputs, pacer or WallPacer(), takers=takers, ticks=run.ticks)
-    directory = str(recorder.directory) if recorder else ""
-    status = _open(Session(link, job=run, lamp=lamp, summary=summary, recording=directory))
-    return EXIT_FAILED if lamp is not None and lamp.first is not None else status
+    stage = to_show(run, golden, pacer or WallPacer())
+    status = _open(stage, recorder, settings, tell)
+    return EXIT_FAILED if stage.lamp is not None and stage.lamp.first is not None else status
 
 
-def _open(session: Session) -> int:
+def _open(stage: Stage, recorder: Recorder | None, settings: SettingsFile | None, tell: Tell) -> int:
+    tape = Tape(recorder) if recorder is not None else None
+    keyboard = stage.keyboard
+    if settings is not None and keyboard is not None:
+        keyboard.sticks.power_percent = settings.values.power_percent
+        stage.link.pacer.set_rate(settings.values.rate)
+        keyboard.set_rate(settings.values.rate)
+    session = Session(
+        stage.link,
+        keyboard=keyboard,
+        job=stage.job,
+        lamp=stage.lamp,
+        summary=stage.summary,
+        tape=tape,
+        settings=settings,
+    )
     app = Dashboard(session)
     for name in ("COLUMNS", "LINES"):
         os.environ.pop(name, None)  # where they are set (readline does), they would stand for the size for ever
@@ -258,6 +290,8 @@ def _open(session: Session) -> int:
         app.run(mouse=constants.DRIVER is not None)
     finally:
         session.link.close()
+    for line in session.working.told:
+        tell(line)
     if session.failure is not None:
         raise session.failure
     return app.return_code or EXIT_OK

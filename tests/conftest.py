@@ -1,6 +1,9 @@
 """What every test shares: one Hypothesis profile, and where the recordings of other projects lie."""
 
+import atexit
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -9,6 +12,10 @@ from hypothesis import settings
 # No deadline: a busy machine is no bug. Derandomised, so that a red run is red again.
 settings.register_profile("bench", deadline=None, derandomize=True)
 settings.load_profile("bench")
+
+# Nobody's own settings change a test, and no test changes them.
+os.environ["XDG_CONFIG_HOME"] = tempfile.mkdtemp(prefix="wheelbench-tests-")
+atexit.register(shutil.rmtree, os.environ["XDG_CONFIG_HOME"], ignore_errors=True)
 
 
 @pytest.fixture(scope="session")

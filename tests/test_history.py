@@ -48,7 +48,7 @@ def driven(keys, arena=FIELD, robot=M2006, ticks_each=250, faults=()):
     faults = dict(faults)
     for number, held in enumerate(keys):
         if number in faults:
-            link.inject(faults[number])
+            link.join(faults[number])
         for _ in range(ticks_each // 50):
             for key in held:
                 keyboard.press(key, link.now_tick, link.latest().armed)
@@ -212,8 +212,10 @@ def test_inputs_are_kept_packed_cut_and_bounded(monkeypatch):
     assert inputs.between(0, 5000) == expected
     assert inputs.between(1234, 2345) == {tick: one for tick, one in expected.items() if 1234 <= tick < 2345}
     assert inputs.bytes < 12 * len(expected)
-    inputs.cut(2000)
-    inputs.add(2000, TickInput(b"new"))
+    branch = inputs.branch(2000)
+    branch.add(2000, TickInput(b"new"))
+    assert inputs.between(0, 5000) == expected, "the other branch is not touched"
+    inputs = branch
     assert inputs.between(0, 9999) == {t: one for t, one in expected.items() if t < 2000} | {2000: TickInput(b"new")}
     inputs.forget_the_oldest()
     assert inputs.first == 350

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from bench.messages import BodyTwist, Pose, RcFrame
 from bench.screen import text
 from bench.screen.canvas import Canvas
+from bench.screen.dialog import Dialog, Item
 from bench.screen.layout import DRIVE, ENDED, HELP, LIVE, PAGES, arrange
 from bench.screen.panel import STYLES
 from bench.screen.scene import Hands, Menu, Pace, Replay, Shown
@@ -257,7 +258,14 @@ def test_every_role_has_a_style_and_every_panel_a_place():
     assert set(STYLES) == set(text.ROLES)
     everywhere = set()
     pages = [scene(shown=Shown(page)) for page in PAGES]
-    for shown in (*pages, scene(help=True), scene(hands=PAD), scene(hands=None, replay=Replay("x", 1, "", ("end",)))):
+    listed = scene(dialog=Dialog("inject a fault", [Item("rc drop", "x", str)]).shown)
+    for shown in (
+        *pages,
+        listed,
+        scene(help=True),
+        scene(hands=PAD),
+        scene(hands=None, replay=Replay("x", 1, "", ("end",))),
+    ):
         for size in ((80, 24), (120, 40), (10, 3)):
             everywhere |= places(shown, *size).keys()
     assert everywhere == set(PANELS)

@@ -45,6 +45,9 @@ SCENARIO_TOML, FAULTS_LOG, ARENA_TOML = "scenario.toml", "faults.log", "arena.to
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
 FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG, ARENA_TOML)
 
+BY_HAND = 'schema = 1\nname = "by hand"\nabout = "faults that were injected by hand while the robot was driven"\n'
+"""Begins the scenario.toml of a recording whose run had no scenario file. How long it is, run.toml says."""
+
 # Formatting and writing this many ticks takes about 0.4 ms: less than the tick that a real port has to keep.
 BLOCK_TICKS = 100
 
@@ -140,6 +143,17 @@ class Recorder:
         block += outs
         if len(block) >= BLOCK_TICKS:
             self.flush()
+
+    def add_fault(self, text: str, seed: int = 0) -> None:
+        """A fault that joined the run: its `[[fault]]` table for scenario.toml, so that the replay has it too.
+
+        Raises RecordingError.
+        """
+        if SCENARIO_TOML not in self._files:
+            for name, content in ((FAULTS_LOG, ""), (SCENARIO_TOML, BY_HAND + (f"seed = {seed}\n" if seed else ""))):
+                self._open(name)
+                self._write(name, content.encode())
+        self._write(SCENARIO_TOML, f"\n{text}".encode())
 
     def witness(self, lines: Sequence[str]) -> None:
         """What faults did, one line each, for a recording with a scenario. Raises RecordingError."""

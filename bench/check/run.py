@@ -283,6 +283,9 @@ def from_recording(path: Path, *, recorded_can: bool = False, controller: str | 
     scenario = load_scenario(recording.scenario_file, alone=True) if recording.scenario_file else None
     # What reached the base over RC and from the core is in the recording as it came, faults included.
     again = ("answer", "command") if recorded_can else ("answer", "command", "feedback", "esc", "plant")
+    injector = _injector(scenario, bench, again) if scenario else None
+    if injector is not None:
+        injector.by_hand = recording.info.scenario is None
     return Run(
         title=recording.info.scenario or path.name,
         bench=bench,
@@ -291,7 +294,7 @@ def from_recording(path: Path, *, recorded_can: bool = False, controller: str | 
         info=replace(recording.info, controller=chosen.name, wheelbench=RunInfo("").wheelbench),
         source=recording,
         judge=_judge(scenario, bench) if scenario else None,
-        injector=_injector(scenario, bench, again) if scenario else None,
+        injector=injector,
         scenario=read_bytes(recording.scenario_file) if recording.scenario_file else None,
     )
 

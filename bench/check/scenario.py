@@ -107,7 +107,7 @@ def _read(data: Table, text: bytes, alone: bool) -> Scenario:
     path = data.path
     data.take_schema()
     rc = data.get("rc", str, None)
-    ticks = data.ticks("seconds", least=1)
+    ticks = data.ticks("seconds", least=1) if data.has("seconds") or not alone else 1  # a recording says it itself
     core = [_read_core(entry) for entry in data.tables("core", optional=True)]
     sticks = [_read_sticks(entry) for entry in data.tables("stick", optional=True)]
     if sticks and rc is not None:

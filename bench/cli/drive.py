@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bench.cli.choices import add_choices
+
+if TYPE_CHECKING:
+    from bench.config import Robot
+    from bench.screen.settings import SettingsFile
 
 HELP = "the dashboard: drive the simulated robot by keyboard, or watch a recording"
 
@@ -51,21 +56,23 @@ def run(args: argparse.Namespace) -> int:
             "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
         )
     from bench.check.run import Run, from_recording
+    from bench.screen.settings import SettingsFile, settings_path
 
+    settings = SettingsFile(settings_path())
     if args.replay is not None:
         job = from_recording(args.replay, recorded_can=args.can == "recorded")
         recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
         from bench.tui import show
 
-        return show(job, recorder)
+        return show(job, recorder, settings=settings, tell=print)
 
     from bench.arena import FIELD, load_arena
     from bench.check.controllers import controller_of
     from bench.check.run import bench_in, info_of
-    from bench.config import load_robot, with_choices
+    from bench.config import with_choices
     from bench.screen.keyboard import Keyboard
 
-    chosen = controller_of(load_robot(args.robot or "m2006", args.profile), args.controller)
+    chosen = controller_of(_robot(args, settings), args.controller)
     robot = with_choices(chosen.robot, None, args.odometry)
     arena = load_arena(args.arena) if args.arena is not None else FIELD
     keyboard = Keyboard(robot.rc)
@@ -75,4 +82,17 @@ def run(args: argparse.Namespace) -> int:
     recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
     from bench.tui import drive
 
-    return drive(job, keyboard, recorder)
+    return drive(job, keyboard, recorder, settings=settings, tell=print)
+
+
+def _robot(args: argparse.Namespace, settings: SettingsFile) -> Robot:
+    """The robot that was asked for; where none was, the one that is remembered, or the default."""
+    from bench.config import ConfigError, load_robot
+
+    remembered = settings.values
+    if args.robot is None and remembered.robot:
+        try:
+            return load_robot(remembered.robot, args.profile or remembered.profile or None)
+        except ConfigError as error:
+            settings.why = f"the remembered robot is not there: {error}"
+    return load_robot(args.robot or "m2006", args.profile)

@@ -18,15 +18,18 @@ import pickle
 import zlib
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeAlias
 
 from bench.check.faults import Fault
-from bench.check.faulty import FaultyWorld, Injector
+from bench.check.faulty import FaultyWorld, Injector, Touch
 from bench.io.follower import Follower
 from bench.io.still import again, still
 from bench.loop import NOTHING, Bench
 from bench.messages import BodyTwist, TickInput, TickOutput
+from bench.slamware.core_side import SlamwareCore
+from bench.slamware.schedule import SCHEDULES
 
 STILL_TICKS = 1000
 FINE_STILL_TICKS = 100
@@ -42,6 +45,14 @@ Mark: TypeAlias = tuple[object, ...]
 """What a bench is like, to the last bit: enough to tell two runs apart."""
 
 
+class CoreJoins(NamedTuple):
+    """A SLAMWARE core of our own takes the place of a recorded one's bytes; it begins as after power-up."""
+
+
+Event: TypeAlias = Fault | CoreJoins
+"""What joins a run on its way, and is no input of a tick."""
+
+
 class LostInstant(Exception):
     """An instant that the history does not hold; the text is the reason, for a person."""
 
@@ -51,6 +62,11 @@ class Subject(NamedTuple):
 
     bench: Bench
     seen: Follower
+
+    def take_touches(self) -> list[Touch]:
+        """What faults have touched since the last call."""
+        world = self.bench.world
+        return world.injector.take_touches() if isinstance(world, FaultyWorld) else []
 
 
 class Inputs:
@@ -81,14 +97,17 @@ class Inputs:
                 found |= {tick: given for tick, given in _unpack(packed) if first <= tick < end}
         return found | {tick: given for tick, given in self._open if first <= tick < end}
 
-    def cut(self, end: int) -> None:
-        """Forget what entered from this tick on."""
+    def branch(self, end: int) -> Inputs:
+        """The same up to this tick, and then another run's. Ours stay as they are."""
+        other = copy(self)
+        other._packed = list(self._packed)
         kept = [(tick, given) for tick, given in self._open if tick < end]
-        while self._packed and not kept:
-            _, packed = self._packed.pop()
-            self.bytes -= len(packed)
+        while other._packed and not kept:
+            _, packed = other._packed.pop()
+            other.bytes -= len(packed)
             kept = [(tick, given) for tick, given in _unpack(packed) if tick < end]
-        self._open = kept
+        other._open = kept
+        return other
 
     def forget_the_oldest(self) -> None:
         """Give up the first packed part."""
@@ -126,8 +145,8 @@ class History:
 
     def __init__(self, subject: Subject, shared: Sequence[object] = ()) -> None:
         self.inputs = Inputs()
-        self.faults: list[tuple[int, Fault]] = []
-        """(tick before which it was injected, fault)."""
+        self.events: list[tuple[int, Event]] = []
+        """(tick before which it happened, what joined the run)."""
         self.why_blind = ""
         """Why there is no way back, where there is none."""
         self._shared = tuple(shared)
@@ -167,9 +186,15 @@ class History:
             self._take(subject)
             self._thin()
 
-    def inject(self, tick: int, fault: Fault) -> None:
-        """A fault joined the run before this tick."""
-        self.faults.append((tick, fault))
+    def joined(self, tick: int, event: Event) -> None:
+        """Something joined the run before this tick."""
+        self.events.append((tick, event))
+
+    def join_again(self, bench: Bench) -> None:
+        """Let join a bench what has joined the run since its last tick."""
+        for at, event in self.events:
+            if at == bench.now_tick:
+                join(bench, event)
 
     def at(self, tick: int, end: int, mark: Mark) -> Subject:
         """The bench before this tick ran, as it was. `end` and `mark` are the newest instant, which is not kept here.
@@ -199,11 +224,11 @@ class History:
         """Run a bench of this history on with what entered its ticks; the ticks that ran."""
         bench, seen = subject
         given = self.inputs.between(bench.now_tick, tick)
-        faults = [(at, fault) for at, fault in self.faults if bench.now_tick <= at < tick]
+        events = [(at, event) for at, event in self.events if bench.now_tick <= at < tick]
         outs = []
         for now in range(bench.now_tick, tick):
-            while faults and faults[0][0] <= now:
-                inject(bench, faults.pop(0)[1])
+            while events and events[0][0] <= now:
+                join(bench, events.pop(0)[1])
             out = bench.tick(given.get(now, NOTHING))
             observe(bench, out)
             seen.add(out)
@@ -215,14 +240,15 @@ class History:
         index = bisect_right(self._stills, bench.now_tick, key=lambda one: one.tick) - 1
         return index >= 0 and bench.now_tick <= tick <= self._stills[index].leads_to
 
-    def cut(self, tick: int) -> None:
-        """Forget everything from this tick on."""
-        self.inputs.cut(tick)
-        self.faults = [(at, fault) for at, fault in self.faults if at < tick]
-        self._stills = [one for one in self._stills if one.tick <= tick]
-        for one in self._stills:
-            one.leads_to = min(one.leads_to, tick)
-        self.due_tick = tick + STILL_TICKS
+    def branch(self, tick: int) -> History:
+        """The history of a run that was the same up to this tick. Ours stays as it is."""
+        other = copy(self)
+        other.inputs = self.inputs.branch(tick)
+        other.note = other.inputs.add
+        other.events = [(at, event) for at, event in self.events if at < tick]
+        other._stills = [replace(one, leads_to=min(one.leads_to, tick)) for one in self._stills if one.tick <= tick]
+        other.due_tick = tick + STILL_TICKS
+        return other
 
     def _leads(self, chosen: _Still, goal: int, mark: Mark) -> bool:
         """Run the stretch after a still to its end; whether it ends as the run did. Leaves finer stills in it."""
@@ -230,11 +256,11 @@ class History:
         fine: list[_Still] = []
         free = 0
         given = self.inputs.between(chosen.tick, goal)
-        faults = [(at, fault) for at, fault in self.faults if chosen.tick <= at < goal]
+        events = [(at, event) for at, event in self.events if chosen.tick <= at < goal]
         bench, seen = subject
         for now in range(chosen.tick, goal):
-            while faults and faults[0][0] <= now:
-                inject(bench, faults.pop(0)[1])
+            while events and events[0][0] <= now:
+                join(bench, events.pop(0)[1])
             out = bench.tick(given.get(now, NOTHING))
             observe(bench, out)
             seen.add(out)
@@ -275,14 +301,18 @@ def mark_of(bench: Bench) -> Mark:
     return (snapshot, tuple(plant.wheel_angles_rad), plant.wall_force_n, discs)
 
 
-def inject(bench: Bench, fault: Fault) -> None:
-    """Let a fault join a run. Raises ValueError for a wheel or a wire that the robot does not have."""
+def join(bench: Bench, event: Event) -> None:
+    """Let a fault, or a core, join a run. Raises ValueError for a wheel or a wire that the robot does not have."""
     world = bench.world
+    if isinstance(event, CoreJoins):
+        settings = bench.robot.slamware
+        world.core = SlamwareCore(poll_ms=settings.poll_ms, schedule=SCHEDULES[settings.polls])
+        return
     if isinstance(world, FaultyWorld):
-        world.injector.inject(fault)
+        world.injector.inject(event)
         return
     injector = Injector((), bench.robot, bench.state_columns)
-    injector.inject(fault)
+    injector.inject(event)
     bench.world = FaultyWorld(world, injector)
 
 

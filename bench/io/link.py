@@ -12,12 +12,11 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import Protocol, runtime_checkable
 
-from bench.check.faults import Fault
 from bench.check.faulty import FaultyWorld, Touch
 from bench.errors import EXIT_FAILED, BenchError
 from bench.io.clock import Pacer
 from bench.io.follower import Follower, Wires
-from bench.io.history import History, LostInstant, Mark, Subject, inject, mark_of
+from bench.io.history import Event, History, LostInstant, Mark, Subject, join, mark_of
 from bench.io.tap import Look, Seen, Tap
 from bench.loop import Bench
 from bench.messages import Snapshot, TickInput, TickOutput
@@ -138,7 +137,8 @@ class InlineLink:
 
     def run(self, ticks: int) -> int:
         """Run so many ticks, due or not, but none after the end; how many that was. Raises like `advance`."""
-        self.see(self.newest_tick)
+        if ticks:
+            self.see(self.newest_tick)
         if self.ticks is not None:
             ticks = min(ticks, self.ticks - self.bench.now_tick)
         try:
@@ -174,12 +174,12 @@ class InlineLink:
             self._show(shown)
 
     def fork(self, inputs: Callable[[int], TickInput]) -> None:
-        """Make the instant that is shown the newest: what came after it is forgotten, and `inputs` goes on from here.
+        """Make the instant that is shown the newest: what came after it is no more, and `inputs` goes on from here.
 
-        The link stands still then. Whoever took the ticks has heard of a run that is no more: give it new takers.
+        The link stands still then. Whoever took the ticks has heard of another run: give it new takers.
         """
         if self.history is not None:
-            self.history.cut(self.bench.now_tick)
+            self.history = self.history.branch(self.bench.now_tick)
         self._newest = None
         self._tap.cut(self.bench.now_tick)
         self.ticks = None
@@ -190,22 +190,23 @@ class InlineLink:
         """Go on with another bench, which has run through the same ticks."""
         if subject.bench.now_tick != self.newest_tick:
             raise ValueError(f"a bench at tick {subject.bench.now_tick} cannot go on from tick {self.newest_tick}")
+        if self.history is not None:
+            self.history.join_again(subject.bench)
         if self._newest is None:
             self._show(subject)
         else:
             self._newest = subject
 
-    def inject(self, fault: Fault) -> None:
-        """Let a fault join the run, from its time on. Raises ValueError for a wheel or wire that is not there."""
+    def join(self, event: Event) -> None:
+        """Let a fault, or a core, join the run. Raises ValueError for a wheel or wire that is not there."""
         self.see(self.newest_tick)
-        inject(self.bench, fault)
+        join(self.bench, event)
         if self.history is not None:
-            self.history.inject(self.bench.now_tick, fault)
+            self.history.joined(self.bench.now_tick, event)
 
     def take_touches(self) -> list[Touch]:
         """What faults have touched since the last call."""
-        world = (self._newest or self).bench.world
-        return world.injector.take_touches() if isinstance(world, FaultyWorld) else []
+        return (self._newest or Subject(self.bench, self._seen)).take_touches()
 
     def mark(self) -> Mark:
         """What the newest instant is like, to the last bit."""

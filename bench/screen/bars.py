@@ -63,7 +63,9 @@ def _times(scene: Scene) -> tuple[Line, Line]:
     pace = scene.pace
     rate = pace.rate if pace.speed is None else pace.speed
     speed = (f" ×{rate:.2f}".ljust(8), TITLE)
-    if pace.paused:
+    if pace.behind_ticks:
+        speed = (f" BACK {pace.behind_ticks / 1000:.3f} s ", WARN_BADGE)
+    elif pace.paused:
         speed = (" PAUSED ", WARN_BADGE)
     elif scene.replay is not None and scene.replay.summary:
         speed = (" ENDED  ", WARN_BADGE)
@@ -92,9 +94,12 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     always = HELP_AND_QUIT if hands is None else _arm(scene) + STOP + HELP_AND_QUIT
     if scene.notice:
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
+    if scene.pace.paused or scene.pace.behind_ticks:
+        long = _keys(("← →", "0.1 s"), ("↑ ↓", "1 s"), (", .", "tick"), ("G", "drive on from here"), ("P", "go on"))
+        short = _keys(("← → ↑ ↓ , .", "time"), ("G", "fork"), ("P", "go on"))
+        return [both_ends(long if width_of(long) + 2 + width_of(always) <= width else short, always, width)]
     if hands is None:
-        pause = "go on" if scene.pace.paused else "pause"
-        return [both_ends(_keys(("P", pause), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]
+        return [both_ends(_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]
     line = _drive_keys(scene, hands, long=True)
     if width_of(line) + 2 + width_of(always) > width:
         line = _drive_keys(scene, hands, long=False)

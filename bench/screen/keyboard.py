@@ -136,6 +136,21 @@ class Keyboard:
         keys, mouse = self.sticks.sticks(tick), self.mouse.sticks(tick, self.sticks.power_percent)
         return Sticks(mouse.forward or keys.forward, mouse.left or keys.left, mouse.turn or keys.turn)
 
+    def start_over(self) -> None:
+        """Time has gone to another instant: hands off, no switch pressed or due, and the core is told to stand."""
+        self.let_go()
+        for pulse in (self._aux1, self._aux2):
+            pulse.cancel()
+        self._stopping_until = 0
+        self._heard.clear()
+        self.core_asks, self._core_told = False, True
+
+    def set_like(self, other: Keyboard, rate: float) -> None:
+        """Take over what a person has set at another robot's keyboard: how far keys push, the mouse, the terminal."""
+        self.sticks.power_percent, self.sticks.releases = other.sticks.power_percent, other.sticks.releases
+        self.mouse.on = other.mouse.on
+        self.set_rate(rate)
+
     def press(self, key: str, now_tick: int, armed: bool) -> str:
         """One press or repeat of a key. `armed` is the base's state now, for Space."""
         if key in MOTION:

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from bench.screen.layout import SMALLEST
+from bench.screen.palette import WORK_KEYS
 from bench.screen.scene import Scene
 from bench.screen.text import KEY, LABEL, PLAIN, TITLE, Line
 
@@ -53,7 +54,7 @@ def help_page(scene: Scene, width: int, height: int) -> list[Line]:
     """What the keys do, in two columns where there is room."""
     driving = scene.hands is not None
     sections: list[tuple[str, Sequence[tuple[str, str]]]] = [("driving", DRIVE_KEYS)] if driving else []
-    sections += [("the run", RUN_KEYS), ("looking", SEE_KEYS), ("signs", SIGNS)]
+    sections += [("the run", RUN_KEYS), ("working", WORK_KEYS), ("looking", SEE_KEYS), ("signs", SIGNS)]
     cells = [cell for name, entries in sections for cell in _section(name, entries)]
     columns = max(1, min(len(sections), width // (_KEY_WIDTH + _MEANING_WIDTH)))
     each = -(-len(cells) // columns)

@@ -12,6 +12,7 @@ from bench.io.link import Wires
 from bench.io.scope import ScopeSettings
 from bench.io.tap import Seen
 from bench.messages import Snapshot
+from bench.screen.dialog import Shown as Dialog
 from bench.screen.layout import DRIVE
 
 
@@ -24,6 +25,8 @@ class Pace:
     late_ticks: int = 0
     slipped_ticks: int = 0
     paused: bool = False
+    behind_ticks: int = 0
+    """By how much the instant that is shown lies before the newest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,3 +106,5 @@ class Scene:
     """Where the robot's wheels slid over the floor, of late."""
     help: bool = False
     zoom: bool = False
+    dialog: Dialog | None = None
+    """A list that is open over the panels."""

@@ -6,6 +6,8 @@ recording is closed. Leaving a drive stops the robot first: its recording ends w
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from bench.arena import FIELD
 from bench.check.run import Run
 from bench.check.summary import Summary
@@ -15,7 +17,11 @@ from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
 from bench.screen.mouse_sticks import Pad
 from bench.screen.scene import Pace, Replay, Scene
+from bench.screen.settings import SettingsFile
 from bench.screen.sight import sight_of
+from bench.screen.stage import Stage
+from bench.screen.tape import Tape
+from bench.screen.working import Working
 
 NOTICE_FRAMES = 50
 ABANDONED_MS = 1000
@@ -42,12 +48,14 @@ class Session:
         lamp: GoldenLamp | None = None,
         summary: Summary | None = None,
         recording: str = "",
+        tape: Tape | None = None,
+        settings: SettingsFile | None = None,
     ) -> None:
         self.link = link
         self.keyboard = keyboard
         self.over = False
         self.failure: Exception | None = None
-        self._job = job
+        self.job = job
         self._lamp = lamp
         self._summary = summary
         self._recording = recording
@@ -57,12 +65,22 @@ class Session:
         self._notice = ""
         self._notice_frames = 0
         self._result: tuple[str, ...] = ()
+        self.working = Working(self, settings, tape)
+
+    @property
+    def stands(self) -> bool:
+        """Whether time stands still: paused, or a run that has ended."""
+        return self.link.paused or bool(self._result)
 
     # --- what comes in -------------------------------------------------------------------------------------------
 
     def frame(self) -> None:
         """A screen's frame has begun: run what is due."""
+        if self.working.leaving:
+            self.leave()
+            return
         self._advance()
+        self.working.frame()
         if self._notice_frames:
             self._notice_frames -= 1
         else:
@@ -70,21 +88,21 @@ class Session:
 
     def key(self, key: str) -> None:
         """A press or a repeat: a lower-case letter, a sign, or one of the names space, enter, escape, up, down, ..."""
-        if self.over:
+        if self.over or self.working.key(key):
             return
         if key != "space" and (said := self.sight.key(key)) is not None:
             if self.sight.typing:
                 self.hands_off()  # letters are text now, and drive nothing
-            self._say(said)
+            self.say(said)
             return
         if key in MOTION or key in SWITCHES:
             self._drive(key)
         elif key in ("+", "-"):
-            self._say(self.keyboard.change_power(1 if key == "+" else -1) if self.keyboard else REPLAY_NOTICE)
+            self.say(self.keyboard.change_power(1 if key == "+" else -1) if self.keyboard else REPLAY_NOTICE)
         elif key in ("[", "]"):
             self._change_rate(-1 if key == "[" else 1)
         elif key == "p":
-            self._pause()
+            self.pause()
         elif key == "z":
             self._zoom = not self._zoom
         elif key == "?":
@@ -105,7 +123,7 @@ class Session:
         if self.keyboard is None or self.over or not self.keyboard.mouse.on or self.link.paused:
             return
         self._advance()
-        self._say(self.keyboard.point(pressed, x, y, pad, self.link.now_tick, self.link.latest().armed))
+        self.say(self.keyboard.point(pressed, x, y, pad, self.link.now_tick, self.link.latest().armed))
 
     def drop(self) -> None:
         """The mouse has let go, or has left the window."""
@@ -115,7 +133,7 @@ class Session:
 
     def too_late(self, age_ms: int) -> None:
         """A key that moves something has come, but it may have been pressed so long ago."""
-        self._say(f"not heard: the connection is {age_ms} ms late")
+        self.say(f"not heard: the connection is {age_ms} ms late")
 
     def alive(self) -> None:
         """The terminal has proved that it is there, and that whoever holds a key still holds it."""
@@ -130,7 +148,9 @@ class Session:
             return
         self.hands_off()
         if not self._notice:
-            self._say("the terminal does not answer: sticks at rest, and nothing that moves is heard")
+            self.say("the terminal does not answer: sticks at rest, and nothing that moves is heard")
+        if age_ms > ABANDONED_MS:
+            self.link.see(self.link.newest_tick)
         if age_ms > ABANDONED_MS and self.link.latest().armed:
             keyboard.stop(self.link.now_tick, True)
 
@@ -144,17 +164,53 @@ class Session:
         self.hands_off()
         self.link.pacer.restart()
 
-    def leave(self) -> None:
-        """Stop the robot, close the recording, end."""
+    def leave(self, patience: bool = True) -> None:
+        """Stop the robot, close the recording, end. One that is still behind is written on, a frame at a time, where
+        there is patience for that.
+        """
         if self.over:
             return
         try:
-            if self.keyboard is not None:
-                self._come_to_rest(self.keyboard)
+            if not self.working.leaving:
+                self.come_to_rest()
+            if not self.working.leave(patience):
+                return
             self.link.close()
         except Exception as error:
             self.failure = error
         self.over = True
+
+    def come_to_rest(self) -> None:
+        """Stop the robot, and let time pass until it is disarmed."""
+        keyboard, link = self.keyboard, self.link
+        if keyboard is None:
+            return
+        link.see(link.newest_tick)
+        keyboard.stop(link.now_tick, link.latest().armed)
+        for _ in range(REST_TICKS // REST_STEP_TICKS):
+            link.run(REST_STEP_TICKS)
+            if not link.latest().armed:
+                return
+
+    def step(self) -> None:
+        """One tick, whatever the time."""
+        self._run(lambda: self.link.run(1))
+
+    def restage(self, stage: Stage | None, keyboard: Keyboard | None) -> None:
+        """Work on another run from now on, or on the same with hands at it."""
+        if keyboard is not None and self.keyboard is not None:
+            keyboard.set_like(self.keyboard, self.link.pacer.rate)
+        self.keyboard = keyboard
+        self._result = ()
+        self._recording = ""
+        self._lamp = self._summary = None
+        if stage is None:
+            return
+        if stage.link is not self.link:
+            bench, size = stage.link.bench, self.sight.size
+            self.sight = sight_of(bench.robot, bench.state_columns)
+            self.sight.size = size
+        self.link, self.job, self._lamp, self._summary = stage.link, stage.job, stage.lamp, stage.summary
 
     # --- what goes out -------------------------------------------------------------------------------------------
 
@@ -162,12 +218,14 @@ class Session:
         """What is to be shown now."""
         link, pacer, keyboard = self.link, self.link.pacer, self.keyboard
         plant = link.bench.world.plant
+        behind = link.newest_tick - link.now_tick
+        dialog = self.working.dialog
         hands = replay = None
         if keyboard is not None:
             hands = keyboard.hands(link.now_tick)
-        elif self._job is not None:
+        elif self.job is not None:
             verdict = self._lamp.text if self._lamp is not None else ""
-            replay = Replay(self._job.title, self._job.ticks, verdict, self._result)
+            replay = Replay(self.job.title, self.job.ticks, verdict, () if link.looks_back else self._result)
         return Scene(
             robot=link.bench.robot,
             snapshot=link.latest(),
@@ -176,14 +234,15 @@ class Session:
             slips=link.slips,
             shown=self.sight.shown,
             seen=self.sight.see(link.look(self.sight.look)),
-            lamps=self._job.judge.standings() if self._job is not None and self._job.judge is not None else (),
-            pace=Pace(pacer.rate, pacer.speed, pacer.late_ticks, pacer.slipped_ticks, link.paused),
+            lamps=self.job.judge.standings() if self.job is not None and self.job.judge is not None else (),
+            pace=Pace(pacer.rate, pacer.speed, pacer.late_ticks, pacer.slipped_ticks, link.paused, behind),
             arena=plant.arena or FIELD,
             discs=plant.discs,
             hands=hands,
             replay=replay,
-            recording=self._recording,
-            notice=self._notice,
+            recording=self.working.recording or self._recording,
+            notice=self._notice or self.working.hint,
+            dialog=dialog.shown if dialog is not None else None,
             help=self._help,
             zoom=self._zoom,
         )
@@ -193,16 +252,20 @@ class Session:
     def _drive(self, key: str) -> None:
         keyboard, link = self.keyboard, self.link
         if keyboard is None:
-            self._say(REPLAY_NOTICE)
-        elif link.paused and key != "space":
-            self._say("paused: P goes on")
+            self.say(REPLAY_NOTICE)
+            return
+        if key == "space":
+            link.see(link.newest_tick)  # the robot is there, whatever instant is shown
+        if link.paused and key != "space":
+            self.say("paused: P goes on")
         else:
             self._advance()  # the key belongs to the tick in which it was pressed, not to the last frame's
-            self._say(keyboard.press(key, link.now_tick, link.latest().armed))
+            self.say(keyboard.press(key, link.now_tick, link.latest().armed))
 
-    def _pause(self) -> None:
+    def pause(self) -> None:
+        """Stand still, or go on."""
         if self._result:
-            self._say("the run has ended")
+            self.say("the run has ended")
             return
         if self.keyboard is not None:
             self.keyboard.let_go()
@@ -214,9 +277,10 @@ class Session:
         pacer.set_rate(RATES[max(0, min(len(RATES) - 1, nearest + step))])
         if self.keyboard is not None:
             self.keyboard.set_rate(pacer.rate)
-        self._say(f"time runs ×{pacer.rate:g}")
+        self.say(f"time runs ×{pacer.rate:g}")
 
-    def _say(self, notice: str) -> None:
+    def say(self, notice: str) -> None:
+        """A sentence for the person, for a while."""
         if notice:
             self._notice, self._notice_frames = notice, NOTICE_FRAMES
 
@@ -225,12 +289,18 @@ class Session:
         if self.over or self._result:
             return
         slipped = link.pacer.slipped_ticks
+        due = link.due()
+        if link.pacer.slipped_ticks != slipped:
+            self.hands_off()  # away for longer than a burst: no key is held any more
+        self._run(lambda: link.run(due))
+
+    def _run(self, some: Callable[[], object]) -> None:
+        """Let ticks run."""
+        if self.over or self._result:
+            return
         try:
-            due = link.due()
-            if link.pacer.slipped_ticks != slipped:
-                self.hands_off()  # away for longer than a burst: no key is held any more
-            link.run(due)
-            if link.ended:
+            some()
+            if self.link.ended:
                 self._end()
         except Exception as error:  # raised again by whoever started the screen, once the terminal is back
             self.failure = error
@@ -243,17 +313,9 @@ class Session:
         if self._lamp is not None:
             self._lamp.finish(self.link.now_tick)
             lines.append(f"golden    {self._lamp.text}")
-        if self._summary is not None and self._job is not None:
-            lines += self._summary.lines(self._job)
+        if self._summary is not None and self.job is not None:
+            lines += self._summary.lines(self.job)
         self._result = tuple(lines) or ("no more ticks",)
-
-    def _come_to_rest(self, keyboard: Keyboard) -> None:
-        link = self.link
-        keyboard.stop(link.now_tick, link.latest().armed)
-        for _ in range(REST_TICKS // REST_STEP_TICKS):
-            link.run(REST_STEP_TICKS)
-            if not link.latest().armed:
-                return
 
 
 REPLAY_NOTICE = "this is a replay: no key drives it"

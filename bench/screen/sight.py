@@ -49,6 +49,11 @@ class Sight:
         return self._open in (FILTER, SIGNAL)
 
     @property
+    def has_menu(self) -> bool:
+        """Whether something is being typed or chosen, so that arrows and letters are for that."""
+        return bool(self._open)
+
+    @property
     def look(self) -> Look:
         """What has to be sampled for the page."""
         wanted = panes(self._page, *self.size)

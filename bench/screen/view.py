@@ -11,6 +11,7 @@ from bench.screen import layout
 from bench.screen.arena import arena
 from bench.screen.bars import footer, progress, title
 from bench.screen.checks import checks, glance
+from bench.screen.dialog import dialog, dialog_place
 from bench.screen.pad import pad
 from bench.screen.pages import help_page, small, summary
 from bench.screen.scene import Scene
@@ -39,6 +40,7 @@ PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
     "help": help_page,
     "summary": summary,
     "small": small,
+    "dialog": dialog,
 }
 """Every panel by the name that `layout` uses: a function of scene, width and height."""
 
@@ -47,7 +49,7 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
     """Which panels this scene needs, and where they stand."""
     replay = scene.replay
     state = layout.HELP if scene.help else layout.ENDED if replay is not None and replay.summary else layout.LIVE
-    return layout.arrange(
+    places = layout.arrange(
         width,
         height,
         wheels=len(scene.robot.wheels),
@@ -57,6 +59,9 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
         page=scene.shown.page,
         pad=scene.hands is not None and scene.hands.pad is not None,
     )
+    if scene.dialog is not None and "small" not in places:
+        places["dialog"] = dialog_place(width, height, len(scene.dialog.rows))  # over the others, drawn last
+    return places
 
 
 def draw(panel: str, scene: Scene, width: int, height: int) -> list[Line]:

@@ -1,0 +1,51 @@
+"""What a session works on: a run, the link that runs it, and a keyboard or what judges it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bench.arena import Arena
+from bench.check.reading import Recording
+from bench.check.run import Run, bench_in, info_of
+from bench.check.summary import Summary
+from bench.config import Robot
+from bench.io.clock import Pacer
+from bench.io.link import InlineLink, Taker
+from bench.screen.keyboard import Keyboard
+from bench.screen.lamp import GoldenLamp
+from bench.world import RecordedMotors
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One run on the screen. `keyboard` drives it; without one it is shown as it is."""
+
+    link: InlineLink
+    job: Run
+    keyboard: Keyboard | None = None
+    lamp: GoldenLamp | None = None
+    summary: Summary | None = None
+
+
+def to_drive(job: Run, keyboard: Keyboard, pacer: Pacer) -> Stage:
+    """A run that a person drives."""
+    return Stage(InlineLink(job.bench, keyboard.inputs, pacer, remembers=True), job, keyboard)
+
+
+def to_drive_robot(robot: Robot, arena: Arena, pacer: Pacer) -> Stage:
+    """A robot in an arena, for a person to drive. Raises UsageError where it cannot begin there."""
+    keyboard = Keyboard(robot.rc)
+    bench = bench_in(robot, arena)
+    return to_drive(Run(robot.name, bench, 0, keyboard.inputs, info_of(robot)), keyboard, pacer)
+
+
+def to_show(run: Run, golden: Recording | None, pacer: Pacer) -> Stage:
+    """A run that is shown, held against a golden or against the recording that it repeats."""
+    golden = golden or run.source
+    lamp = GoldenLamp(golden) if golden is not None else None
+    summary = Summary(len(run.bench.robot.wheels))
+    takers: list[Taker] = [summary, *([lamp] if lamp is not None else [])]
+    motors = run.bench.world.motors
+    shared = [motors.recorded] if isinstance(motors, RecordedMotors) else []
+    link = InlineLink(run.bench, run.inputs, pacer, takers=takers, ticks=run.ticks, remembers=True, shared=shared)
+    return Stage(link, run, None, lamp, summary)
