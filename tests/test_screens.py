@@ -6,9 +6,11 @@ After a deliberate change: `pytest tests/test_screens.py --update-pinned`, then 
 from pathlib import Path
 
 import pytest
-from desk import LAMPS, LOST_LINK, scene
+from desk import LAMPS, LOST_LINK, M2006, scene
 
-from bench.screen.scene import Hands, Menu, Replay, Shown
+from bench.screen.dialog import Dialog, Item
+from bench.screen.fault_list import known_faults
+from bench.screen.scene import Hands, Menu, Pace, Replay, Shown
 from bench.screen.view import picture
 
 FOLDER = Path(__file__).parents[1] / "fixtures" / "pinned" / "screens"
@@ -19,6 +21,10 @@ SUMMARY = (
     f"golden    {VERDICT}",
     "drove     5.64 m and turned 812 deg in 12.3 s; stands at x +1.250 m, y -0.500 m, +45.0 deg",
 )
+NOTICE = "recording ended: m2006-001/can.log: cannot be written (No space left on device); free some; driving goes on"
+LIST = Dialog("inject a fault", [Item(words, "", str) for words, _ in known_faults(M2006)], "for 2 s (← →)")
+for _ in range(12):
+    LIST.key("down")
 SCREENS = {
     "driving": scene(),
     "link-lost": scene(**LOST_LINK, hands=Hands(100, False, True), notice="transmitter off", recording="my_run"),
@@ -35,6 +41,9 @@ SCREENS = {
         shown=Shown("scope", menu=Menu("signal", "wheel1", ("wheel1_radps", "wheel1_current_a"), 1))
     ),
     "scope-trigger": scene(shown=Shown("scope", menu=Menu("trigger", "", ("auto", "rising", "5", "500 ms"), 2))),
+    "back": scene(pace=Pace(paused=True, behind_ticks=2300), recording="m2006-002"),
+    "list": scene(dialog=LIST.shown),
+    "long-notice": scene(notice=NOTICE, pace=Pace(paused=True)),
     "checks": scene(shown=Shown("checks"), hands=None, lamps=LAMPS, replay=Replay("stops", 20_000, "identical so far")),
 }
 

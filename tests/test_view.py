@@ -259,13 +259,8 @@ def test_every_role_has_a_style_and_every_panel_a_place():
     everywhere = set()
     pages = [scene(shown=Shown(page)) for page in PAGES]
     listed = scene(dialog=Dialog("inject a fault", [Item("rc drop", "x", str)]).shown)
-    for shown in (
-        *pages,
-        listed,
-        scene(help=True),
-        scene(hands=PAD),
-        scene(hands=None, replay=Replay("x", 1, "", ("end",))),
-    ):
+    ended = scene(hands=None, replay=Replay("x", 1, "", ("end",)))
+    for shown in (*pages, listed, ended, scene(notice="long " * 30), scene(help=True), scene(hands=PAD)):
         for size in ((80, 24), (120, 40), (10, 3)):
             everywhere |= places(shown, *size).keys()
     assert everywhere == set(PANELS)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
+
 from bench.screen.layout import PAGES
 from bench.screen.scene import Hands, Scene
 from bench.screen.text import (
     BAD_BADGE,
     GOOD,
-    GOOD_BADGE,
     KEY,
     LABEL,
     PLAIN,
@@ -91,12 +92,12 @@ def progress(scene: Scene, width: int, height: int) -> list[Line]:
 def footer(scene: Scene, width: int, height: int) -> list[Line]:
     """The keys, or for a moment a sentence about the last one. How to stop is always there."""
     hands = scene.hands
-    always = HELP_AND_QUIT if hands is None else _arm(scene) + STOP + HELP_AND_QUIT
-    if scene.notice:
+    always = _always(scene)
+    if scene.notice and not notice_rows(scene, width):
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
     if scene.pace.paused or scene.pace.behind_ticks:
         long = _keys(("← →", "0.1 s"), ("↑ ↓", "1 s"), (", .", "tick"), ("G", "drive on from here"), ("P", "go on"))
-        short = _keys(("← → ↑ ↓ , .", "time"), ("G", "fork"), ("P", "go on"))
+        short = _keys(("← → , .", "time"), ("G", "fork"), ("P", "on"))
         return [both_ends(long if width_of(long) + 2 + width_of(always) <= width else short, always, width)]
     if hands is None:
         return [both_ends(_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]
@@ -106,10 +107,30 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     return [both_ends(line, always, width)]
 
 
+def notice_rows(scene: Scene, width: int) -> int:
+    """How many rows above the footer a notice takes that is too long for it."""
+    if len(scene.notice) + 3 + width_of(_always(scene)) <= width:
+        return 0
+    return len(_wrapped(scene, width))
+
+
+def notice(scene: Scene, width: int, height: int) -> list[Line]:
+    """A sentence that the footer has no room for."""
+    return [[(" " + part, WARN)] for part in _wrapped(scene, width)]
+
+
+def _wrapped(scene: Scene, width: int) -> list[str]:
+    return textwrap.wrap(scene.notice, max(10, width - 2), max_lines=3, placeholder=" …")
+
+
 def _arm(scene: Scene) -> Line:
     """What Enter does, as large as a line can say it."""
     words = (" ENTER disarm ", WARN_BADGE) if scene.snapshot.armed else (" ENTER arm    ", GOOD_BADGE)
     return [words, (" ", LABEL)]
+
+
+def _always(scene: Scene) -> Line:
+    return HELP_AND_QUIT if scene.hands is None else _arm(scene) + STOP + HELP_AND_QUIT
 
 
 def _drive_keys(scene: Scene, hands: Hands, *, long: bool) -> Line:

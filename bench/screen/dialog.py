@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bench.screen.layout import Place
-from bench.screen.text import KEY, LABEL, PLAIN, TITLE, WARN, Line, both_ends
+from bench.screen.text import KEY, LABEL, PLAIN, TITLE, WARN, Line, both_ends, fit
 
 if TYPE_CHECKING:
     from bench.screen.scene import Scene
@@ -140,4 +140,4 @@ def dialog(scene: Scene, width: int, height: int) -> list[Line]:
         ("┐", LABEL),
     ]
     bottom: Line = [("└", LABEL), (foot, LABEL), ("─" * (inner - len(foot)), LABEL), ("┘", LABEL)]
-    return [top, *([("│", LABEL), *both_ends(line, [], inner), ("│", LABEL)] for line in body), bottom]
+    return [top, *([("│", LABEL), *fit(line, inner), ("│", LABEL)] for line in body), bottom]

@@ -54,7 +54,7 @@ class Tape:
 
     def progress(self, newest_tick: int) -> str:
         """A name, and how far it is where it is behind."""
-        name = str(self.directory)
+        name = self.directory.name
         if self._behind is None:
             return name
         done = self._behind.bench.now_tick

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from bench.screen import layout
 from bench.screen.arena import arena
-from bench.screen.bars import footer, progress, title
+from bench.screen.bars import footer, notice, notice_rows, progress, title
 from bench.screen.checks import checks, glance
 from bench.screen.dialog import dialog, dialog_place
 from bench.screen.pad import pad
@@ -41,6 +41,7 @@ PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
     "summary": summary,
     "small": small,
     "dialog": dialog,
+    "notice": notice,
 }
 """Every panel by the name that `layout` uses: a function of scene, width and height."""
 
@@ -59,8 +60,14 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
         page=scene.shown.page,
         pad=scene.hands is not None and scene.hands.pad is not None,
     )
-    if scene.dialog is not None and "small" not in places:
-        places["dialog"] = dialog_place(width, height, len(scene.dialog.rows))  # over the others, drawn last
+    if "small" in places:
+        return places
+    # Over the others, and so drawn last.
+    if scene.dialog is not None:
+        places["dialog"] = dialog_place(width, height, len(scene.dialog.rows))
+    rows = notice_rows(scene, width)
+    if rows:
+        places["notice"] = layout.Place(0, height - 1 - rows, width, rows)
     return places
 
 
