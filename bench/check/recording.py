@@ -195,6 +195,10 @@ class Recorder:
         finally:
             self._release()
 
+    def abandon(self) -> None:
+        """Write nothing more: what is there reads like a run that was cut short."""
+        self._release()
+
     def __enter__(self) -> Recorder:
         return self
 

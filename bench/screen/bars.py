@@ -9,6 +9,7 @@ from bench.screen.scene import Hands, Scene
 from bench.screen.text import (
     BAD_BADGE,
     GOOD,
+    GOOD_BADGE,
     KEY,
     LABEL,
     PLAIN,

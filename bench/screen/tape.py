@@ -114,6 +114,7 @@ class Tape:
             write()
         except RecordingError as error:
             self.failure = error
+            self._recorder.abandon()
             self.ended = True
             self._behind = None
 
