@@ -117,7 +117,8 @@ class Comparison:
         if self.first is not None:
             lines = [f"differs: {self.first.text}"]
         else:
-            lines = [f"identical: {what}" if self.identical else f"the same within the tolerances: {what}"]
+            same = "the same" if self.exact else "the same within the tolerances"
+            lines = [f"{'identical' if self.identical else same}: {what}"]
         lines += [f"note: {note}" for note in self.notes]
         if not self.identical:
             lines += [f"  {wire.text}" for wire in self.wires]

@@ -97,10 +97,15 @@ def run(args: argparse.Namespace) -> int:
             facts["expectations"] = [one.as_dict() for one in verdicts]
         if job.injector:
             facts["faults"] = job.injector.counts()
+        if job.source is not None:
+            facts["complete"] = job.source.complete
         if comparison is not None:
             facts["golden"] = comparison.as_dict()
         print(json.dumps(facts))
     else:
+        if job.source is not None and not job.source.complete:
+            cut_s = job.source.ticks / 1000
+            print(f"cut       the recording was cut short at {cut_s:.3f} s; what follows is about that much")
         print("\n".join(summary.lines(job)))
         print(f"speed     {speed:.1f} times real time")
         if args.record:
