@@ -2,16 +2,17 @@
 
     wire      what goes wrong                                      kinds
     rc        bytes from the receiver to the base                  SERIAL, and flag, lost_flag, freeze, zeros
-    core      bytes from the SLAMWARE core to the base             SERIAL
-    answer    bytes from the base to the core                      SERIAL
-    command   CAN frames from the base to the motors               BUS
-    feedback  CAN frames from the motors to the base               BUS, and stuck
+    core      bytes from the SLAMWARE core to the base             SERIAL, and freeze
+    answer    bytes from the base to the core                      SERIAL, and freeze
+    command   CAN frames from the base to the motors               BUS, and freeze
+    feedback  CAN frames from the motors to the base               BUS, and freeze, stuck, flag
     esc       a motor with its controller                          silent, weak
     plant     the world                                            slippery, push
 
     drop           nothing gets through (with `probability`: of each piece)
     delay          by `ms`                        duplicate   every piece twice
-    reorder        a piece changes places with the next (of a bus: the frames of a tick are turned round)
+    reorder        a piece changes places with the next (of a bus: the frames of a tick are turned round, where there
+                   are several)
     corrupt        one bit of a byte turns over, with `probability` for each byte
     lose_byte      a byte is missing, with `probability` for each byte
     truncate       only the first `keep` bytes of every piece
@@ -19,6 +20,8 @@
     stall          everything is held back, and comes at once when the fault ends
     flag, lost_flag, freeze, zeros     whole RC frames with the failsafe or the frame-lost flag set, with the channels
                                        of the first one, with all channels at their lowest
+    freeze         on the other wires: every piece, or every frame of an identifier, is the first one again
+    flag           on feedback: the motor reports an error (a DM3519 whose file says feedback = "error")
     stuck          the encoder of `esc` stands still: angle as it was, speed 0
     silent         `esc` neither drives nor reports   weak      `esc` gives only `factor` of the current it is told
     slippery       the grip of the floor is `factor` of what it was
@@ -41,10 +44,10 @@ BUS = ("drop", "delay", "duplicate", "reorder", "corrupt", "truncate", "stall")
 FRAME_KINDS = ("flag", "lost_flag", "freeze", "zeros")
 KINDS: dict[str, tuple[str, ...]] = {
     "rc": (*SERIAL, *FRAME_KINDS),
-    "core": SERIAL,
-    "answer": SERIAL,
-    "command": BUS,
-    "feedback": (*BUS, "stuck"),
+    "core": (*SERIAL, "freeze"),
+    "answer": (*SERIAL, "freeze"),
+    "command": (*BUS, "freeze"),
+    "feedback": (*BUS, "freeze", "stuck", "flag"),
     "esc": ("silent", "weak"),
     "plant": ("slippery", "push"),
 }

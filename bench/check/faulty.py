@@ -13,18 +13,22 @@ import math
 import random
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from bench import rc_decode
 from bench.base import RC_PAUSE_US
 from bench.check.expression import condition, signals_in
-from bench.check.faults import KINDS, Fault
+from bench.check.faults import FRAME_KINDS, KINDS, Fault
 from bench.check.signals import Signals, names
 from bench.check.temporal import Margin
 from bench.config import Robot
 from bench.messages import CanFrame, RcFrame, TickInput, TickOutput
 from bench.motors import family
 from bench.world import SimulatedMotors, World
+
+OVER_CURRENT = b"\x0a"
+"""Byte 7 of a DM3519's feedback: `bench.canbus.dm3519.ERRORS`."""
 
 Frames: TypeAlias = tuple[CanFrame, ...]
 Piece = TypeVar("Piece", bytes, Frames)
@@ -251,14 +255,17 @@ def _machine(fault: Fault, robot: Robot, chance: random.Random) -> Machine:
         return _untouched
     if fault.wire in ("command", "feedback"):
         return _bus_machine(fault, robot, chance)
-    if fault.kind in ("flag", "lost_flag", "freeze", "zeros"):
+    if fault.wire == "rc" and fault.kind in FRAME_KINDS:
         assert robot.rc is not None
         return _Frames(fault.kind, robot.rc.protocol)
     return _holder(fault, b"") or _Serial(fault, chance)
 
 
 def _bus_machine(fault: Fault, robot: Robot, chance: random.Random) -> Machine:
-    machine: Machine = _holder(fault, ()) or (_Stuck() if fault.kind == "stuck" else _Bus(fault, chance))
+    own: dict[str, Callable[[], Machine]] = {
+        "stuck": _Stuck, "freeze": _FrozenFrames, "flag": partial(_ErrorFlag, robot)
+    }  # fmt: skip
+    machine = own[fault.kind]() if fault.kind in own else _holder(fault, ()) or _Bus(fault, chance)
     if fault.esc is None:
         return machine
     number = robot.wheels[fault.esc - 1].can_id
@@ -324,8 +331,6 @@ class _Bus:
                 return tuple(frame for frame in frames if chance.random() >= fault.probability)
             case "duplicate":
                 return frames + frames
-            case "reorder":
-                return frames[::-1]
             case "corrupt":
                 return tuple((i, _corrupted(data, fault.probability, chance)) for i, data in frames)
             case "truncate":
@@ -339,7 +344,9 @@ def _holder(fault: Fault, empty: bytes | Frames) -> Machine | None:
         return _Delay(fault.ms, empty)
     if fault.kind == "stall":
         return _Stall(empty)
-    return _Swap() if fault.kind == "reorder" and empty == b"" else None
+    if fault.kind == "freeze":
+        return _FrozenPieces()
+    return _Swap(empty) if fault.kind == "reorder" else None
 
 
 class _Delay:
@@ -377,20 +384,64 @@ class _Stall:
 
 
 class _Swap:
-    """Every piece waits for the next one and comes after it."""
+    """Every piece waits for the next one and comes after it. Several frames of one tick change places at once."""
 
-    def __init__(self) -> None:
-        self._held = b""
+    def __init__(self, empty: Any) -> None:
+        self._empty: Any = empty
+        self._held: Any = empty
 
-    def __call__(self, tick: int, piece: bytes, active: bool) -> bytes:
+    def __call__(self, tick: int, piece: Any, active: bool) -> Any:
         held = self._held
         if active and piece and not held:
+            if isinstance(piece, tuple) and len(piece) > 1:
+                return piece[::-1]
             self._held = piece
-            return b""
+            return self._empty
         if held and (piece or not active):
-            self._held = b""
+            self._held = self._empty
             return piece + held
         return piece
+
+
+class _FrozenPieces:
+    """Every piece is the first one again."""
+
+    def __init__(self) -> None:
+        self._first = b""
+
+    def __call__(self, tick: int, piece: bytes, active: bool) -> bytes:
+        if not active:
+            self._first = b""
+            return piece
+        self._first = self._first or piece
+        return self._first if piece else piece
+
+
+class _FrozenFrames:
+    """Every frame of an identifier is the first one again."""
+
+    def __init__(self) -> None:
+        self._first: dict[int, bytes] = {}
+
+    def __call__(self, tick: int, frames: Frames, active: bool) -> Frames:
+        if not active:
+            self._first.clear()
+            return frames
+        return tuple((can_id, self._first.setdefault(can_id, data)) for can_id, data in frames)
+
+
+class _ErrorFlag:
+    """Feedback that reports an error. Raises ValueError where the motor's frames have no place for one."""
+
+    def __init__(self, robot: Robot) -> None:
+        if robot.dm3519 is None or robot.dm3519.feedback != "error":
+            raise ValueError(
+                f"flag: the feedback of {robot.name} cannot report an error; that of a DM3519 can, where its [dm3519] "
+                'says feedback = "error"'
+            )
+
+    def __call__(self, tick: int, frames: Frames, active: bool) -> Frames:
+        return tuple((can_id, data[:7] + OVER_CURRENT) for can_id, data in frames) if active else frames
 
 
 class _Frames:
