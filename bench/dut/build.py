@@ -1,0 +1,257 @@
+"""Compiles a firmware for this machine: the team's files as they are, the shim, and a page of C that names the wires.
+
+What has not changed is not compiled again: beside the program stands a list of every file that went in, with its
+digest. The folder is `.wheelbench` beside the project's file, or one of the system's for passing files where that cannot
+be written.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.dut.project import Project
+from bench.errors import SurroundingsError, UsageError
+
+SHIM = Path(__file__).parent / "shim"
+SHIM_SOURCES = ("core.c", "hal.c", "rtos.c")
+PROGRAM, MANIFEST = "firmware", "manifest.json"
+FIRMWARE_MAIN = "wb_firmware_main"
+
+# Like the chip's compiler: plain char is unsigned, an enum as small as it may be. Addresses are the same in each run.
+_ABI = ("-funsigned-char", "-fshort-enums", "-fno-pie", "-ffp-contract=off")
+_USUAL = ("-g", "-O2", "-Wall")
+_COUNTED = "-fsanitize-coverage=trace-pc"
+_SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer", "-O1")
+_UNDEFINED = re.compile(r"undefined reference to [`'‘]([^'’]+)['’]")
+_MOST_LINES = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A program that can be run. `warnings` are the compiler's own words; empty where nothing was compiled."""
+
+    project: Project
+    program: Path
+    is_new: bool
+    warnings: str = ""
+
+
+def build(project: Project) -> Built:
+    """Compile what has changed. Raises UsageError in the compiler's words, SurroundingsError where there is none."""
+    compiler = shutil.which(project.compiler)
+    if compiler is None:
+        raise SurroundingsError(
+            f"{project.path}: there is no C compiler {project.compiler!r} on this machine; install one (on Debian and "
+            "Ubuntu: apt-get install gcc libc6-dev), or name another with compiler ="
+        )
+    folder = _folder(project)
+    program = folder / PROGRAM
+    wires = wires_c(project)
+    wanted = _digest_of_text(json.dumps([compiler, _commands(project, compiler), wires]))
+    if _is_fresh(folder, wanted):
+        return Built(project, program, is_new=False)
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        warnings, inputs = _compile(project, compiler, Path(scratch), wires)
+        manifest = {"made": wanted, "inputs": {str(path): _digest(path) for path in inputs}}
+        # First the program, then the list: between the two it counts as old.
+        os.replace(Path(scratch) / PROGRAM, program)
+        (Path(scratch) / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+        os.replace(Path(scratch) / MANIFEST, folder / MANIFEST)
+    return Built(project, program, is_new=True, warnings=warnings)
+
+
+def wires_c(project: Project) -> str:
+    """The page of C that says which of the firmware's names are what."""
+    lines = ['#include "hal.h"', ""]
+    for kind, handles in (
+        ("UART_HandleTypeDef", (project.rc, project.slamware)),
+        ("CAN_HandleTypeDef", (project.can,)),
+        ("TIM_HandleTypeDef", tuple(handle for handle, _ in project.timers)),
+    ):
+        # The firmware's own, where a source defines it; else this one.
+        lines += [f"__weak {kind} {handle}{_instance(handle)};" for handle in handles if handle]
+    uarts = ", ".join(f"&{handle}" if handle else "NULL" for handle in (project.rc, project.slamware))
+    lines += [
+        f"UART_HandleTypeDef *const wb_hal_uarts[WB_UARTS] = {{{uarts}}};",
+        f"CAN_HandleTypeDef *const wb_hal_can = {f'&{project.can}' if project.can else 'NULL'};",
+        f"const uint32_t wb_hal_fifo = {project.can_fifo};",
+        "const struct wb_hal_timer wb_hal_timers[] = {",
+        *(f"    {{&{handle}, {period_ms}}}," for handle, period_ms in project.timers),
+        "    {NULL, 0},",
+        "};",
+        f"const long wb_blocks_per_ms = {project.blocks_per_ms};",
+    ]
+    runs = [name for name in (project.main, project.setup, project.loop, project.every_ms) if name]
+    lines += [f"void {_called(name)}(void);" for name in dict.fromkeys(runs)]
+    lines += ["void wb_entry(void) {"]
+    lines += [f"    {_called(name)}();" for name in (project.main, project.setup) if name]
+    if project.loop:
+        lines += ["    for (;;)", f"        {project.loop}();"]
+    elif not project.main:
+        lines += ["    for (;;)", "        wb_wait();"]
+    lines += ["}", "void wb_every_ms(void) {"]
+    lines += [f"    {project.every_ms}();"] if project.every_ms else []
+    return "\n".join([*lines, "}", ""])
+
+
+def _called(name: str) -> str:
+    return FIRMWARE_MAIN if name == "main" else name
+
+
+def _instance(handle: str) -> str:
+    """huart3 is on USART3, as every generator of such code has it."""
+    found = re.fullmatch(r"h(uart|can|tim)(\d*)", handle)
+    if found is None:
+        return ""
+    kind, number = found.groups()
+    known = {"uart": "UART" if number in ("4", "5", "7", "8") else "USART", "can": "CAN", "tim": "TIM"}
+    return f" = {{.Instance = {known[kind]}{number}}}"
+
+
+# --- the compiler -----------------------------------------------------------------------------------------------------
+
+
+def _commands(project: Project, compiler: str) -> list[list[str]]:
+    """The compiler's arguments: for the team's files, for the shim, for the program."""
+    sanitize = _SANITIZE if project.sanitize else ()
+    include = [f"-I{path}" for path in (SHIM / "include", *project.include)]
+    defines = [f"-D{define}" for define in project.defines]
+    theirs = [compiler, *_USUAL, *_ABI, _COUNTED, *sanitize, *include, *defines, *project.flags]
+    ours = [compiler, *_USUAL, *_ABI, f"-I{SHIM / 'include'}", f"-I{SHIM}"]
+    ours += ["-DWB_SANITIZE"] if project.sanitize else []
+    link = [compiler, "-no-pie", *sanitize]
+    libraries = ["-lm"] + (["-lstdc++"] if any(path.suffix != ".c" for path in project.sources) else [])
+    return [theirs, ours, link, libraries, [str(path) for path in project.sources]]
+
+
+def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tuple[str, set[Path]]:
+    """Make the program; what the compiler had to say, and every file that went in."""
+    theirs, ours, link, libraries, _ = _commands(project, compiler)
+    (scratch / "wires.c").write_text(wires, encoding="utf-8")
+    shim = [*(SHIM / name for name in SHIM_SOURCES), scratch / "wires.c"]
+    jobs = [(source, [*theirs, "-c", str(source)]) for source in project.sources]
+    jobs += [(source, [*ours, "-c", str(source)]) for source in shim]
+    said = _run_all(
+        [
+            [*command, "-o", str(scratch / f"{number}.o"), "-MMD", "-MF", str(scratch / f"{number}.d")]
+            for number, (_, command) in enumerate(jobs)
+        ]
+    )
+    failed = [text for status, text in said if status]
+    if failed:
+        raise UsageError(
+            f"{project.path}: the compiler refuses the firmware; its own words:\n{_shortened(''.join(failed))}"
+        )
+    objects = [str(scratch / f"{number}.o") for number in range(len(jobs))]
+    if project.main == "main":
+        _rename_main(project, objects[: len(project.sources)])
+    status, text = _run_all([[*link, *objects, *libraries, "-o", str(scratch / PROGRAM)]])[0]
+    if status:
+        raise UsageError(f"{project.path}: {_unlinked(project, text)}")
+    inputs = set(project.sources) | set(shim[:-1])
+    for number in range(len(jobs)):
+        inputs |= {path for path in _read_list(scratch / f"{number}.d") if scratch not in path.parents}
+    warnings = "".join(text for _, text in said[: len(project.sources)])
+    return warnings, inputs
+
+
+def _rename_main(project: Project, objects: Sequence[str]) -> None:
+    """The firmware's main is not the program's: the object files are told so, the sources are not touched."""
+    objcopy = shutil.which("objcopy")
+    if objcopy is None:
+        raise SurroundingsError(f"{project.path}: there is no objcopy on this machine; install binutils")
+    for status, text in _run_all([[objcopy, "--redefine-sym", f"main={FIRMWARE_MAIN}", each] for each in objects]):
+        if status:
+            raise SurroundingsError(f"{project.path}: objcopy refuses: {text.strip()}")
+
+
+def _run_all(commands: Iterable[Sequence[str]]) -> list[tuple[int, str]]:
+    """Run them side by side: (exit status, what was written), in order."""
+    english = os.environ | {"LC_ALL": "C"}
+    started = [
+        subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=english)
+        for command in commands
+    ]
+    done = []
+    for process in started:
+        out, _ = process.communicate()
+        done.append((process.returncode, out.decode("utf-8", "replace")))
+    return done
+
+
+def _shortened(text: str) -> str:
+    lines = text.rstrip().splitlines()
+    if len(lines) > _MOST_LINES:
+        lines = [*lines[:_MOST_LINES], f"... and {len(lines) - _MOST_LINES} more lines"]
+    return "\n".join(f"  {line}" for line in lines)
+
+
+def _unlinked(project: Project, text: str) -> str:
+    missing = list(dict.fromkeys(_UNDEFINED.findall(text)))
+    if not missing:
+        return f"the firmware does not link; the linker's own words:\n{_shortened(text)}"
+    if FIRMWARE_MAIN in missing:
+        return "no source has a main; add its file to sources, or name setup and loop in [entry]"
+    return (
+        f"the firmware calls what no source defines: {', '.join(missing)}; add their files to sources, or define "
+        f"them in a wheelbench_port.c (`wheelbench dut init` writes one)"
+    )
+
+
+# --- what is still fresh ----------------------------------------------------------------------------------------------
+
+
+def _folder(project: Project) -> Path:
+    """A folder for this project's program, made where it is missing."""
+    place = project.path.resolve()
+    beside = place.parent / ".wheelbench"
+    try:
+        (beside / place.stem).mkdir(parents=True, exist_ok=True)
+        ignore = beside / ".gitignore"
+        if not ignore.exists():
+            ignore.write_text("*\n", encoding="utf-8")
+        if os.access(beside / place.stem, os.W_OK):
+            return beside / place.stem
+    except OSError:
+        pass
+    elsewhere = Path(tempfile.gettempdir()) / f"wheelbench-{os.getuid()}" / _digest_of_text(str(place))[:16]
+    try:
+        elsewhere.mkdir(parents=True, exist_ok=True, mode=0o700)
+    except OSError as error:
+        raise SurroundingsError(f"{elsewhere}: cannot be made ({error.strerror}); free some room there") from None
+    if elsewhere.parent.stat().st_uid != os.getuid():
+        raise SurroundingsError(f"{elsewhere.parent}: belongs to somebody else; set TMPDIR to a folder of yours")
+    return elsewhere
+
+
+def _is_fresh(folder: Path, wanted: str) -> bool:
+    try:
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        inputs = manifest["inputs"].items()
+        same = all(_digest(Path(path)) == digest for path, digest in inputs)
+        return manifest["made"] == wanted and same and (folder / PROGRAM).exists()
+    except (OSError, ValueError, KeyError, AttributeError, TypeError):
+        return False
+
+
+def _read_list(path: Path) -> Iterable[Path]:
+    """The files that a compiler's list of dependencies names."""
+    words = path.read_text(encoding="utf-8").replace("\\\n", " ").replace("\\ ", "\0").split()
+    return (Path(word.replace("\0", " ")) for word in words if not word.endswith(":"))
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _digest_of_text(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

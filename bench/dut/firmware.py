@@ -1,0 +1,159 @@
+"""A firmware behind the seam: its process answers one packet a tick.
+
+                 bytes
+    in     0     | RC bytes u16 | SLAMWARE bytes u16 | frames u16 | 0 | frames, 12 each | RC bytes | SLAMWARE bytes |
+    out    0     | 0 | frames u8 | SLAMWARE bytes u16 | frames, 12 each | SLAMWARE bytes |
+    out    0     | 1 | a fault: see `trouble` |
+    frame        | identifier u16 | length u8 | 0 | data, 8 |
+
+All little-endian. The firmware never sees the host's clock; how long it takes is only looked at when it has not answered
+for `PATIENCE_S`: it is ended where it computes without end, or waits for something that the bench cannot give.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import struct
+import weakref
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from bench.config import Robot
+from bench.dut.build import Built
+from bench.dut.server import Server, server_of
+from bench.dut.trouble import Fault, FirmwareFailed, Stalled, sentence
+from bench.messages import CanFrame
+
+PATIENCE_S = 1
+"""Of the wall's time. A loop that the shim can count is found by its count, long before."""
+STARVED_ROUNDS = 30
+"""So often a firmware that gets no processor is given another second."""
+BUSY_SHARE = 0.25
+SIGKILL = 9
+
+_FRAME = "HBx8s"
+_ANSWER = struct.Struct("<BBH")
+_ONE_ANSWER = struct.Struct("<BBHHBx8s")
+_ONE_FRAME = struct.Struct("<" + _FRAME)
+_LARGEST_ANSWER = 65536
+_TIMEOUT = struct.pack("ll", PATIENCE_S, 0)
+_ANSWERED, _FAULT = 0, 1
+
+
+@lru_cache(maxsize=64)
+def _question(frames: int) -> struct.Struct:
+    return struct.Struct("<HHH2x" + _FRAME * frames)
+
+
+class FirmwareBase:
+    """A `ControlledBase`: one fresh firmware. `step` raises FirmwareFailed, once; what it sent before stands."""
+
+    def __init__(self, built: Built, robot: Robot | None = None) -> None:
+        self.name = built.project.path.name
+        self.program = built.program
+        self._project = built.project
+        self._server: Server = server_of(built.program)
+        self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _TIMEOUT)
+        self._output = os.memfd_create("output")
+        os.set_blocking(self._output, True)
+        self._report = os.memfd_create("report")
+        self._release = weakref.finalize(self, _release, self._link, (self._output, self._report))
+        try:
+            self.pid = self._server.fork(theirs.fileno(), self._output, self._report)
+        finally:
+            theirs.close()
+        self._buffer = bytearray(_LARGEST_ANSWER)
+        self._failed: FirmwareFailed | None = None
+
+    def step(
+        self, tick: int, rc_bytes: bytes, slamware_bytes: bytes, can_in: Sequence[CanFrame]
+    ) -> tuple[tuple[CanFrame, ...], bytes]:
+        """A packet there, a packet back. Raises FirmwareFailed with what the firmware has done, and where."""
+        count = len(can_in)
+        words = [word for can_id, data in can_in for word in (can_id, len(data), data)]
+        packet = _question(count).pack(len(rc_bytes), len(slamware_bytes), count, *words)
+        if rc_bytes or slamware_bytes:
+            packet += rc_bytes + slamware_bytes
+        buffer = self._buffer
+        try:
+            self._link.send(packet)
+            size = self._link.recv_into(buffer)
+        except OSError:  # nobody is there any more, or nobody has answered for a while
+            size = self._wait(tick)
+        if size == 16 and not buffer[0]:
+            _, _, _, can_id, length, data = _ONE_ANSWER.unpack_from(buffer)
+            return ((can_id, data if length == 8 else data[:length]),), b""
+        return self._taken(tick, size)
+
+    def output(self) -> str:
+        """What the firmware has printed until now, its newest megabyte."""
+        return _text_of(self._output)
+
+    def close(self) -> None:
+        """Let the firmware go; it ends by itself when nobody listens."""
+        self._release()
+
+    def _taken(self, tick: int, size: int) -> tuple[tuple[CanFrame, ...], bytes]:
+        buffer = self._buffer
+        if size >= _ANSWER.size and buffer[0] == _ANSWERED:
+            _, count, said = _ANSWER.unpack_from(buffer)
+            end = _ANSWER.size + _ONE_FRAME.size * count
+            if size == end + said:
+                frames = [_ONE_FRAME.unpack_from(buffer, at) for at in range(_ANSWER.size, end, _ONE_FRAME.size)]
+                return tuple([(can_id, data[:length]) for can_id, length, data in frames]), bytes(buffer[end:size])
+        fault = Fault.read(bytes(buffer[:size])) if size and buffer[0] == _FAULT else None
+        raise self._failure(tick, fault)
+
+    def _wait(self, tick: int) -> int:
+        """The packet that is late; 0 where none can come. Raises FirmwareFailed for a firmware that never answers."""
+        last_s = None
+        for _ in range(STARVED_ROUNDS):
+            try:
+                return self._link.recv_into(self._buffer)
+            except BlockingIOError:
+                is_asleep, used_s = _processor_time(self.pid)
+            except OSError:
+                return 0
+            if last_s is not None:
+                if used_s - last_s >= BUSY_SHARE * PATIENCE_S:
+                    raise self._failure(tick, stalled=Stalled.BUSY)
+                if is_asleep:
+                    raise self._failure(tick, stalled=Stalled.ASLEEP)
+            last_s = used_s
+        raise self._failure(tick, stalled=Stalled.STARVED)
+
+    def _failure(self, tick: int, fault: Fault | None = None, stalled: Stalled | None = None) -> FirmwareFailed:
+        """What happened, once the process is gone."""
+        if self._failed is None:
+            if stalled is not None:
+                os.kill(self.pid, SIGKILL)
+            self._link.close()
+            status = self._server.ended(self.pid)
+            text = sentence(
+                self._project, self.program, tick, status, fault, stalled, _text_of(self._report), self.output()
+            )
+            self._failed = FirmwareFailed(text)
+        return self._failed
+
+
+def _release(link: socket.socket, descriptors: tuple[int, ...]) -> None:
+    link.close()
+    for descriptor in descriptors:
+        os.close(descriptor)
+
+
+def _text_of(descriptor: int) -> str:
+    size = os.fstat(descriptor).st_size
+    return os.pread(descriptor, size, 0).decode("utf-8", "replace")
+
+
+def _processor_time(pid: int) -> tuple[bool, float]:
+    """Whether the process sleeps, and the processor time that it has used, in s."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
+    except OSError:
+        return True, 0.0
+    return fields[0] in "SDTt", (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

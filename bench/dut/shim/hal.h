@@ -1,0 +1,18 @@
+/* What hal.c is told by wires.c: which handles the project's TOML file names. */
+#ifndef WB_HAL_H
+#define WB_HAL_H
+
+#include "core.h"
+#include "wheelbench_hal.h"
+
+struct wb_hal_timer {
+    TIM_HandleTypeDef *timer;
+    uint32_t period_ms;
+};
+
+extern UART_HandleTypeDef *const wb_hal_uarts[WB_UARTS]; /* NULL: no handle has this wire */
+extern CAN_HandleTypeDef *const wb_hal_can;
+extern const uint32_t wb_hal_fifo; /* that the filters lead to */
+extern const struct wb_hal_timer wb_hal_timers[]; /* ends with NULL */
+
+#endif

@@ -1,0 +1,2 @@
+/* See cmsis_os.h. */
+#include "cmsis_os.h"

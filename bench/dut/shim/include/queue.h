@@ -1,0 +1,27 @@
+/* Queues; see FreeRTOS.h. */
+#ifndef INC_QUEUE_H
+#define INC_QUEUE_H
+
+#include "FreeRTOS.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+QueueHandle_t xQueueCreate(UBaseType_t length, UBaseType_t item_size);
+BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks);
+#define xQueueSendToBack(queue, item, ticks) xQueueSend(queue, item, ticks)
+BaseType_t xQueueSendFromISR(QueueHandle_t queue, const void *item, BaseType_t *wanted);
+#define xQueueSendToBackFromISR(queue, item, wanted) xQueueSendFromISR(queue, item, wanted)
+BaseType_t xQueueOverwrite(QueueHandle_t queue, const void *item);
+#define xQueueOverwriteFromISR(queue, item, wanted) xQueueOverwrite(queue, item)
+BaseType_t xQueueReceive(QueueHandle_t queue, void *item, TickType_t ticks);
+BaseType_t xQueueReceiveFromISR(QueueHandle_t queue, void *item, BaseType_t *wanted);
+BaseType_t xQueuePeek(QueueHandle_t queue, void *item, TickType_t ticks);
+BaseType_t xQueueReset(QueueHandle_t queue);
+UBaseType_t uxQueueMessagesWaiting(QueueHandle_t queue);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,21 @@
+/* Semaphores and mutexes, as queues of nothing; see FreeRTOS.h. Mutexes do not lend priority. */
+#ifndef INC_SEMPHR_H
+#define INC_SEMPHR_H
+
+#include "queue.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+SemaphoreHandle_t xSemaphoreCreateCounting(UBaseType_t most, UBaseType_t first);
+#define xSemaphoreCreateBinary() xSemaphoreCreateCounting(1, 0)
+#define xSemaphoreCreateMutex() xSemaphoreCreateCounting(1, 1)
+#define xSemaphoreTake(semaphore, ticks) xQueueReceive(semaphore, NULL, ticks)
+#define xSemaphoreGive(semaphore) xQueueSend(semaphore, NULL, 0)
+#define xSemaphoreGiveFromISR(semaphore, wanted) xQueueSendFromISR(semaphore, NULL, wanted)
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,2 @@
+/* The bench has one HAL for every family; see there. */
+#include "wheelbench_hal.h"

@@ -1,0 +1,373 @@
+/* As much of the STM32 HAL's interface as a wheel base's own files use: UARTs, CAN, timers, ticks, pins, clocks.
+ *
+ * UARTs and CAN are the bench's wires, where the project's TOML file names their handles. Timers call back every so
+ * many milliseconds. Pins, clocks and NVIC calls compile, succeed and do nothing. Registers are not here: a file that
+ * uses them belongs to the board, and wheelbench_port.c has the place for what it did.
+ *
+ * Written from the interface's public documentation; nothing is copied from it. MIT licence.
+ */
+#ifndef WHEELBENCH_HAL_H
+#define WHEELBENCH_HAL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define HAL_MODULE_ENABLED
+#define UNUSED(value) ((void)(value))
+#ifndef __IO
+#define __IO volatile
+#endif
+#ifndef __weak
+#define __weak __attribute__((weak))
+#endif
+#ifndef __WEAK
+#define __WEAK __attribute__((weak))
+#endif
+#ifndef __STATIC_INLINE
+#define __STATIC_INLINE static inline
+#endif
+
+typedef enum { HAL_OK = 0, HAL_ERROR = 1, HAL_BUSY = 2, HAL_TIMEOUT = 3 } HAL_StatusTypeDef;
+typedef enum { HAL_UNLOCKED = 0, HAL_LOCKED = 1 } HAL_LockTypeDef;
+typedef enum { RESET = 0, SET = 1 } FlagStatus, ITStatus;
+typedef enum { DISABLE = 0, ENABLE = 1 } FunctionalState;
+typedef enum { ERROR = 0, SUCCESS = 1 } ErrorStatus;
+#define HAL_MAX_DELAY 0xFFFFFFFFU
+
+/* --- the processor ------------------------------------------------------------------------------------------------ */
+
+HAL_StatusTypeDef HAL_Init(void);
+HAL_StatusTypeDef HAL_DeInit(void);
+void HAL_IncTick(void);
+uint32_t HAL_GetTick(void);
+void HAL_Delay(uint32_t ms);
+void HAL_SuspendTick(void);
+void HAL_ResumeTick(void);
+void NVIC_SystemReset(void);
+extern __IO uint32_t uwTick;
+extern uint32_t SystemCoreClock;
+
+void __disable_irq(void);
+void __enable_irq(void);
+void __WFI(void);
+uint32_t __get_PRIMASK(void);
+void __set_PRIMASK(uint32_t mask);
+#define __NOP() ((void)0)
+#define __WFE() __WFI()
+#define __DSB() ((void)0)
+#define __ISB() ((void)0)
+#define __DMB() ((void)0)
+
+typedef int IRQn_Type;
+enum {
+    SysTick_IRQn = -1, CAN1_TX_IRQn = 19, CAN1_RX0_IRQn = 20, CAN1_RX1_IRQn = 21, CAN1_SCE_IRQn = 22, TIM1_UP_TIM10_IRQn = 25,
+    TIM2_IRQn = 28, TIM3_IRQn = 29, TIM4_IRQn = 30, USART1_IRQn = 37, USART2_IRQn = 38, USART3_IRQn = 39,
+    TIM5_IRQn = 50, UART4_IRQn = 52, UART5_IRQn = 53, TIM6_DAC_IRQn = 54, TIM7_IRQn = 55, CAN2_RX0_IRQn = 64,
+    USART6_IRQn = 71
+};
+#define NVIC_PRIORITYGROUP_4 3U
+#define HAL_NVIC_SetPriorityGrouping(group) ((void)(group))
+#define HAL_NVIC_SetPriority(irq, preempt, sub) ((void)(irq))
+#define HAL_NVIC_EnableIRQ(irq) ((void)(irq))
+#define HAL_NVIC_DisableIRQ(irq) ((void)(irq))
+
+/* --- clocks: settings are taken and kept by nobody ---------------------------------------------------------------- */
+
+typedef struct {
+    uint32_t PLLState, PLLSource, PLLM, PLLN, PLLP, PLLQ, PLLR, PLLMUL, PREDIV;
+} RCC_PLLInitTypeDef;
+typedef struct {
+    uint32_t OscillatorType, HSEState, LSEState, HSIState, HSICalibrationValue, LSIState, HSEPredivValue;
+    RCC_PLLInitTypeDef PLL;
+} RCC_OscInitTypeDef;
+typedef struct {
+    uint32_t ClockType, SYSCLKSource, AHBCLKDivider, APB1CLKDivider, APB2CLKDivider;
+} RCC_ClkInitTypeDef;
+enum {
+    RCC_OSCILLATORTYPE_HSE = 1, RCC_OSCILLATORTYPE_HSI = 2, RCC_OSCILLATORTYPE_LSE = 4, RCC_OSCILLATORTYPE_LSI = 8,
+    RCC_HSE_OFF = 0, RCC_HSE_ON = 1, RCC_HSE_BYPASS = 5, RCC_HSI_OFF = 0, RCC_HSI_ON = 1, RCC_LSI_ON = 1,
+    RCC_HSICALIBRATION_DEFAULT = 16, RCC_HSE_PREDIV_DIV1 = 0,
+    RCC_PLL_NONE = 0, RCC_PLL_OFF = 1, RCC_PLL_ON = 2, RCC_PLLSOURCE_HSI = 0, RCC_PLLSOURCE_HSE = 1,
+    RCC_PLLP_DIV2 = 2, RCC_PLLP_DIV4 = 4, RCC_PLLP_DIV6 = 6, RCC_PLLP_DIV8 = 8,
+    RCC_PLLQ_DIV2 = 2, RCC_PLLR_DIV2 = 2, RCC_PLL_MUL9 = 9, RCC_PLLM_DIV1 = 1, RCC_PLLM_DIV2 = 2, RCC_PLLM_DIV4 = 4,
+    RCC_CLOCKTYPE_SYSCLK = 1, RCC_CLOCKTYPE_HCLK = 2, RCC_CLOCKTYPE_PCLK1 = 4, RCC_CLOCKTYPE_PCLK2 = 8,
+    RCC_SYSCLKSOURCE_HSI = 0, RCC_SYSCLKSOURCE_HSE = 1, RCC_SYSCLKSOURCE_PLLCLK = 2, RCC_SYSCLK_DIV1 = 0,
+    RCC_HCLK_DIV1 = 0, RCC_HCLK_DIV2 = 4, RCC_HCLK_DIV4 = 5, RCC_HCLK_DIV8 = 6, RCC_HCLK_DIV16 = 7,
+    FLASH_LATENCY_0 = 0, FLASH_LATENCY_1, FLASH_LATENCY_2, FLASH_LATENCY_3, FLASH_LATENCY_4, FLASH_LATENCY_5,
+    PWR_REGULATOR_VOLTAGE_SCALE1 = 1, PWR_REGULATOR_VOLTAGE_SCALE2, PWR_REGULATOR_VOLTAGE_SCALE3
+};
+#define HAL_RCC_OscConfig(init) ((void)(init), HAL_OK)
+#define HAL_RCC_ClockConfig(init, latency) ((void)(init), HAL_OK)
+#define HAL_RCC_GetHCLKFreq() SystemCoreClock
+#define HAL_RCC_GetSysClockFreq() SystemCoreClock
+#define HAL_PWREx_EnableOverDrive() HAL_OK
+#define __HAL_PWR_VOLTAGESCALING_CONFIG(scale) ((void)(scale))
+#define __HAL_RCC_PWR_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_SYSCFG_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_AFIO_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOA_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOB_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOC_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOD_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOE_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOF_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOG_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_GPIOH_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_DMA1_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_DMA2_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_USART1_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_USART2_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_USART3_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_USART6_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_CAN1_CLK_ENABLE() ((void)0)
+#define __HAL_RCC_CAN2_CLK_ENABLE() ((void)0)
+
+/* --- pins: outputs go nowhere, inputs read 0 ---------------------------------------------------------------------- */
+
+typedef struct {
+    uint32_t nothing;
+} GPIO_TypeDef;
+typedef struct {
+    uint32_t Pin, Mode, Pull, Speed, Alternate;
+} GPIO_InitTypeDef;
+typedef enum { GPIO_PIN_RESET = 0, GPIO_PIN_SET = 1 } GPIO_PinState;
+extern GPIO_TypeDef wb_gpio[8];
+#define GPIOA (&wb_gpio[0])
+#define GPIOB (&wb_gpio[1])
+#define GPIOC (&wb_gpio[2])
+#define GPIOD (&wb_gpio[3])
+#define GPIOE (&wb_gpio[4])
+#define GPIOF (&wb_gpio[5])
+#define GPIOG (&wb_gpio[6])
+#define GPIOH (&wb_gpio[7])
+enum {
+    GPIO_PIN_0 = 0x0001, GPIO_PIN_1 = 0x0002, GPIO_PIN_2 = 0x0004, GPIO_PIN_3 = 0x0008, GPIO_PIN_4 = 0x0010,
+    GPIO_PIN_5 = 0x0020, GPIO_PIN_6 = 0x0040, GPIO_PIN_7 = 0x0080, GPIO_PIN_8 = 0x0100, GPIO_PIN_9 = 0x0200,
+    GPIO_PIN_10 = 0x0400, GPIO_PIN_11 = 0x0800, GPIO_PIN_12 = 0x1000, GPIO_PIN_13 = 0x2000, GPIO_PIN_14 = 0x4000,
+    GPIO_PIN_15 = 0x8000,
+    GPIO_MODE_INPUT = 0, GPIO_MODE_OUTPUT_PP = 1, GPIO_MODE_AF_PP = 2, GPIO_MODE_ANALOG = 3, GPIO_MODE_OUTPUT_OD = 17,
+    GPIO_NOPULL = 0, GPIO_PULLUP = 1, GPIO_PULLDOWN = 2,
+    GPIO_SPEED_FREQ_LOW = 0, GPIO_SPEED_FREQ_MEDIUM, GPIO_SPEED_FREQ_HIGH, GPIO_SPEED_FREQ_VERY_HIGH,
+    GPIO_AF7_USART1 = 7, GPIO_AF7_USART2 = 7, GPIO_AF7_USART3 = 7, GPIO_AF8_USART6 = 8, GPIO_AF9_CAN1 = 9, GPIO_AF9_CAN2 = 9
+};
+#define HAL_GPIO_Init(port, init) ((void)(port), (void)(init))
+#define HAL_GPIO_DeInit(port, pins) ((void)(port), (void)(pins))
+#define HAL_GPIO_WritePin(port, pins, state) ((void)(port), (void)(pins), (void)(state))
+#define HAL_GPIO_TogglePin(port, pins) ((void)(port), (void)(pins))
+#define HAL_GPIO_ReadPin(port, pins) ((void)(port), (void)(pins), GPIO_PIN_RESET)
+
+/* --- watchdog ----------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    void *Instance;
+    struct {
+        uint32_t Prescaler, Reload, Window;
+    } Init;
+} IWDG_HandleTypeDef;
+enum { IWDG_PRESCALER_4 = 0, IWDG_PRESCALER_8, IWDG_PRESCALER_16, IWDG_PRESCALER_32, IWDG_PRESCALER_64 };
+#define IWDG ((void *)0)
+#define HAL_IWDG_Init(handle) ((void)(handle), HAL_OK)
+#define HAL_IWDG_Refresh(handle) ((void)(handle), HAL_OK)
+
+/* --- UARTs -------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    uint32_t number;
+} USART_TypeDef, UART_TypeDef;
+extern USART_TypeDef wb_usart[9];
+#define USART1 (&wb_usart[1])
+#define USART2 (&wb_usart[2])
+#define USART3 (&wb_usart[3])
+#define UART4 (&wb_usart[4])
+#define UART5 (&wb_usart[5])
+#define USART6 (&wb_usart[6])
+#define UART7 (&wb_usart[7])
+#define UART8 (&wb_usart[8])
+
+typedef struct {
+    uint32_t BaudRate, WordLength, StopBits, Parity, Mode, HwFlowCtl, OverSampling, OneBitSampling, ClockPrescaler;
+} UART_InitTypeDef;
+typedef struct {
+    uint32_t AdvFeatureInit, RxPinLevelInvert, TxPinLevelInvert, Swap;
+} UART_AdvFeatureInitTypeDef;
+typedef struct {
+    void *Instance, *Parent;
+    struct {
+        uint32_t Channel, Request, Direction, PeriphInc, MemInc, PeriphDataAlignment, MemDataAlignment, Mode, Priority, FIFOMode;
+    } Init;
+} DMA_HandleTypeDef;
+typedef uint32_t HAL_UART_StateTypeDef;
+enum {
+    HAL_UART_STATE_RESET = 0, HAL_UART_STATE_READY = 0x20, HAL_UART_STATE_BUSY_TX = 0x21, HAL_UART_STATE_BUSY_RX = 0x22
+};
+typedef struct __UART_HandleTypeDef {
+    USART_TypeDef *Instance;
+    UART_InitTypeDef Init;
+    UART_AdvFeatureInitTypeDef AdvancedInit;
+    const uint8_t *pTxBuffPtr;
+    uint16_t TxXferSize;
+    __IO uint16_t TxXferCount;
+    uint8_t *pRxBuffPtr;
+    uint16_t RxXferSize;
+    __IO uint16_t RxXferCount;
+    __IO uint32_t ReceptionType;
+    DMA_HandleTypeDef *hdmatx, *hdmarx;
+    HAL_LockTypeDef Lock;
+    __IO HAL_UART_StateTypeDef gState, RxState;
+    __IO uint32_t ErrorCode;
+    uint8_t wb_circular, wb_to_idle, wb_sent;
+} UART_HandleTypeDef;
+enum {
+    UART_WORDLENGTH_8B = 0, UART_WORDLENGTH_9B = 0x1000, UART_STOPBITS_1 = 0, UART_STOPBITS_2 = 0x2000,
+    UART_PARITY_NONE = 0, UART_PARITY_EVEN = 0x400, UART_PARITY_ODD = 0x600, UART_HWCONTROL_NONE = 0,
+    UART_MODE_RX = 4, UART_MODE_TX = 8, UART_MODE_TX_RX = 12, UART_OVERSAMPLING_16 = 0, UART_OVERSAMPLING_8 = 0x8000,
+    HAL_UART_ERROR_NONE = 0, HAL_UART_ERROR_ORE = 8, HAL_UART_RECEPTION_STANDARD = 0, HAL_UART_RECEPTION_TOIDLE = 1,
+    UART_IT_RXNE = 0x20, UART_IT_IDLE = 0x10, UART_FLAG_ORE = 8, UART_FLAG_IDLE = 0x10, UART_FLAG_RXNE = 0x20,
+    DMA_IT_HT = 8, DMA_IT_TC = 16, DMA_NORMAL = 0, DMA_CIRCULAR = 0x100
+};
+#define UART_ADVFEATURE_NO_INIT 0U
+#define __HAL_UART_ENABLE_IT(handle, which) ((void)(handle))
+#define __HAL_UART_DISABLE_IT(handle, which) ((void)(handle))
+#define __HAL_UART_CLEAR_OREFLAG(handle) ((void)(handle))
+#define __HAL_UART_CLEAR_IDLEFLAG(handle) ((void)(handle))
+#define __HAL_DMA_DISABLE_IT(handle, which) ((void)(handle))
+#define __HAL_DMA_ENABLE_IT(handle, which) ((void)(handle))
+#define __HAL_LINKDMA(handle, field, dma) ((handle)->field = &(dma))
+
+HAL_StatusTypeDef HAL_UART_Init(UART_HandleTypeDef *uart);
+HAL_StatusTypeDef HAL_UART_DeInit(UART_HandleTypeDef *uart);
+HAL_StatusTypeDef HAL_UART_Transmit(UART_HandleTypeDef *uart, const uint8_t *data, uint16_t size, uint32_t timeout);
+HAL_StatusTypeDef HAL_UART_Transmit_IT(UART_HandleTypeDef *uart, const uint8_t *data, uint16_t size);
+HAL_StatusTypeDef HAL_UART_Transmit_DMA(UART_HandleTypeDef *uart, const uint8_t *data, uint16_t size);
+HAL_StatusTypeDef HAL_UART_Receive(UART_HandleTypeDef *uart, uint8_t *data, uint16_t size, uint32_t timeout);
+HAL_StatusTypeDef HAL_UART_Receive_IT(UART_HandleTypeDef *uart, uint8_t *data, uint16_t size);
+HAL_StatusTypeDef HAL_UART_Receive_DMA(UART_HandleTypeDef *uart, uint8_t *data, uint16_t size);
+HAL_StatusTypeDef HAL_UARTEx_ReceiveToIdle_IT(UART_HandleTypeDef *uart, uint8_t *data, uint16_t size);
+HAL_StatusTypeDef HAL_UARTEx_ReceiveToIdle_DMA(UART_HandleTypeDef *uart, uint8_t *data, uint16_t size);
+HAL_StatusTypeDef HAL_UART_AbortReceive(UART_HandleTypeDef *uart);
+HAL_StatusTypeDef HAL_UART_AbortReceive_IT(UART_HandleTypeDef *uart);
+HAL_StatusTypeDef HAL_UART_DMAStop(UART_HandleTypeDef *uart);
+HAL_UART_StateTypeDef HAL_UART_GetState(const UART_HandleTypeDef *uart);
+void HAL_UART_IRQHandler(UART_HandleTypeDef *uart);
+/* The firmware's own: */
+void HAL_UART_RxCpltCallback(UART_HandleTypeDef *uart);
+void HAL_UART_RxHalfCpltCallback(UART_HandleTypeDef *uart);
+void HAL_UART_TxCpltCallback(UART_HandleTypeDef *uart);
+void HAL_UART_ErrorCallback(UART_HandleTypeDef *uart);
+void HAL_UARTEx_RxEventCallback(UART_HandleTypeDef *uart, uint16_t size);
+
+/* --- CAN ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    uint32_t number;
+} CAN_TypeDef;
+extern CAN_TypeDef wb_can_instance[4];
+#define CAN (&wb_can_instance[1])
+#define CAN1 (&wb_can_instance[1])
+#define CAN2 (&wb_can_instance[2])
+#define CAN3 (&wb_can_instance[3])
+
+typedef struct {
+    uint32_t Prescaler, Mode, SyncJumpWidth, TimeSeg1, TimeSeg2;
+    FunctionalState TimeTriggeredMode, AutoBusOff, AutoWakeUp, AutoRetransmission, ReceiveFifoLocked, TransmitFifoPriority;
+} CAN_InitTypeDef;
+typedef struct {
+    CAN_TypeDef *Instance;
+    CAN_InitTypeDef Init;
+    __IO uint32_t State, ErrorCode;
+    uint32_t wb_notifications;
+} CAN_HandleTypeDef;
+typedef struct {
+    uint32_t StdId, ExtId, IDE, RTR, DLC;
+    FunctionalState TransmitGlobalTime;
+} CAN_TxHeaderTypeDef;
+typedef struct {
+    uint32_t StdId, ExtId, IDE, RTR, DLC, Timestamp, FilterMatchIndex;
+} CAN_RxHeaderTypeDef;
+typedef struct {
+    uint32_t FilterIdHigh, FilterIdLow, FilterMaskIdHigh, FilterMaskIdLow, FilterFIFOAssignment, FilterBank, FilterMode,
+        FilterScale, FilterActivation, SlaveStartFilterBank;
+} CAN_FilterTypeDef;
+enum {
+    CAN_ID_STD = 0, CAN_ID_EXT = 4, CAN_RTR_DATA = 0, CAN_RTR_REMOTE = 2, CAN_RX_FIFO0 = 0, CAN_RX_FIFO1 = 1,
+    CAN_FILTER_FIFO0 = 0, CAN_FILTER_FIFO1 = 1, CAN_FILTERMODE_IDMASK = 0, CAN_FILTERMODE_IDLIST = 1,
+    CAN_FILTERSCALE_16BIT = 0, CAN_FILTERSCALE_32BIT = 1, CAN_FILTER_DISABLE = 0, CAN_FILTER_ENABLE = 1,
+    CAN_IT_TX_MAILBOX_EMPTY = 1, CAN_IT_RX_FIFO0_MSG_PENDING = 2, CAN_IT_RX_FIFO1_MSG_PENDING = 16, CAN_IT_BUSOFF = 0x400,
+    CAN_IT_ERROR = 0x8000, CAN_IT_LAST_ERROR_CODE = 0x800, CAN_IT_ERROR_WARNING = 0x100, CAN_IT_ERROR_PASSIVE = 0x200,
+    CAN_TX_MAILBOX0 = 1, CAN_TX_MAILBOX1 = 2, CAN_TX_MAILBOX2 = 4,
+    CAN_MODE_NORMAL = 0, CAN_MODE_LOOPBACK = 0x40000000, CAN_SJW_1TQ = 0, CAN_SJW_2TQ = 0x1000000,
+    CAN_BS1_1TQ = 0, CAN_BS1_6TQ = 5 << 16, CAN_BS1_9TQ = 8 << 16, CAN_BS1_10TQ = 9 << 16, CAN_BS1_11TQ = 10 << 16,
+    CAN_BS1_13TQ = 12 << 16, CAN_BS2_1TQ = 0, CAN_BS2_2TQ = 1 << 20, CAN_BS2_3TQ = 2 << 20, CAN_BS2_4TQ = 3 << 20,
+    HAL_CAN_STATE_RESET = 0, HAL_CAN_STATE_READY = 1, HAL_CAN_STATE_LISTENING = 2, HAL_CAN_ERROR_NONE = 0
+};
+
+HAL_StatusTypeDef HAL_CAN_Init(CAN_HandleTypeDef *can);
+HAL_StatusTypeDef HAL_CAN_ConfigFilter(CAN_HandleTypeDef *can, const CAN_FilterTypeDef *filter);
+HAL_StatusTypeDef HAL_CAN_Start(CAN_HandleTypeDef *can);
+HAL_StatusTypeDef HAL_CAN_Stop(CAN_HandleTypeDef *can);
+HAL_StatusTypeDef HAL_CAN_ActivateNotification(CAN_HandleTypeDef *can, uint32_t which);
+HAL_StatusTypeDef HAL_CAN_DeactivateNotification(CAN_HandleTypeDef *can, uint32_t which);
+HAL_StatusTypeDef HAL_CAN_AddTxMessage(
+    CAN_HandleTypeDef *can, const CAN_TxHeaderTypeDef *header, const uint8_t data[], uint32_t *mailbox);
+HAL_StatusTypeDef HAL_CAN_GetRxMessage(CAN_HandleTypeDef *can, uint32_t fifo, CAN_RxHeaderTypeDef *header, uint8_t data[]);
+uint32_t HAL_CAN_GetTxMailboxesFreeLevel(const CAN_HandleTypeDef *can);
+uint32_t HAL_CAN_GetRxFifoFillLevel(const CAN_HandleTypeDef *can, uint32_t fifo);
+uint32_t HAL_CAN_IsTxMessagePending(const CAN_HandleTypeDef *can, uint32_t mailboxes);
+uint32_t HAL_CAN_GetState(const CAN_HandleTypeDef *can);
+uint32_t HAL_CAN_GetError(const CAN_HandleTypeDef *can);
+void HAL_CAN_IRQHandler(CAN_HandleTypeDef *can);
+/* The firmware's own: */
+void HAL_CAN_RxFifo0MsgPendingCallback(CAN_HandleTypeDef *can);
+void HAL_CAN_RxFifo1MsgPendingCallback(CAN_HandleTypeDef *can);
+
+/* --- timers ------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    uint32_t number;
+} TIM_TypeDef;
+extern TIM_TypeDef wb_tim[18];
+#define TIM1 (&wb_tim[1])
+#define TIM2 (&wb_tim[2])
+#define TIM3 (&wb_tim[3])
+#define TIM4 (&wb_tim[4])
+#define TIM5 (&wb_tim[5])
+#define TIM6 (&wb_tim[6])
+#define TIM7 (&wb_tim[7])
+#define TIM8 (&wb_tim[8])
+#define TIM9 (&wb_tim[9])
+#define TIM10 (&wb_tim[10])
+#define TIM11 (&wb_tim[11])
+#define TIM12 (&wb_tim[12])
+#define TIM13 (&wb_tim[13])
+#define TIM14 (&wb_tim[14])
+
+typedef struct {
+    TIM_TypeDef *Instance;
+    struct {
+        uint32_t Prescaler, CounterMode, Period, ClockDivision, RepetitionCounter, AutoReloadPreload;
+    } Init;
+    uint32_t wb_running;
+} TIM_HandleTypeDef;
+typedef struct {
+    uint32_t MasterOutputTrigger, MasterSlaveMode;
+} TIM_MasterConfigTypeDef;
+enum {
+    TIM_COUNTERMODE_UP = 0, TIM_CLOCKDIVISION_DIV1 = 0, TIM_AUTORELOAD_PRELOAD_DISABLE = 0, TIM_AUTORELOAD_PRELOAD_ENABLE = 0x80,
+    TIM_TRGO_RESET = 0, TIM_MASTERSLAVEMODE_DISABLE = 0
+};
+#define HAL_TIMEx_MasterConfigSynchronization(handle, config) ((void)(handle), (void)(config), HAL_OK)
+HAL_StatusTypeDef HAL_TIM_Base_Init(TIM_HandleTypeDef *timer);
+HAL_StatusTypeDef HAL_TIM_Base_Start_IT(TIM_HandleTypeDef *timer);
+HAL_StatusTypeDef HAL_TIM_Base_Stop_IT(TIM_HandleTypeDef *timer);
+void HAL_TIM_IRQHandler(TIM_HandleTypeDef *timer);
+/* The firmware's own: */
+void HAL_TIM_PeriodElapsedCallback(TIM_HandleTypeDef *timer);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

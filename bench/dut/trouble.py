@@ -1,0 +1,176 @@
+"""What a firmware has done that ended its run, in a sentence, with the place in the team's own files.
+
+A fault packet, little-endian:
+
+    1 | reason u8 | signal u8 | callers u8 | length of the text u32 | address u64 | 24 callers, u64 each | text |
+
+Callers are return addresses, innermost first; addr2line turns them into functions and lines.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import struct
+import subprocess
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+from typing import NamedTuple
+
+from bench.dut.project import Project
+from bench.errors import EXIT_FAILED, BenchError
+
+_HEAD = struct.Struct("<BBBBIQ24Q")
+_SHIM = Path(__file__).parent / "shim"
+_LAST_LINES, _REPORT_LINES = 8, 40
+_MOST_CALLERS = 4
+
+SIGNALS = {
+    4: "SIGILL, an instruction that there is not", 5: "SIGTRAP", 6: "SIGABRT, an abort or a failed assert",
+    7: "SIGBUS, an address that cannot be", 8: "SIGFPE, a division by zero or an overflow of one",
+    9: "SIGKILL, ended from outside", 11: "SIGSEGV, a bad pointer", 15: "SIGTERM, ended from outside", 31: "SIGSYS",
+}  # fmt: skip
+"""Linux's numbers, and what they mean to a firmware."""
+_WITH_ADDRESS = (7, 11)
+
+LOOP_IN_INTERRUPT, LOOP_WITH_INTERRUPTS_OFF, MAIN_RETURNED, CAN_FLOOD, UART_FLOOD, WAIT_IN_INTERRUPT, ASSERT = range(2, 9)
+_REASONS = {
+    LOOP_IN_INTERRUPT: "is in an interrupt handler that does not end",
+    LOOP_WITH_INTERRUPTS_OFF: "loops for ever with interrupts off",
+    MAIN_RETURNED: "has come to the end of main; a firmware loops for ever",
+    CAN_FLOOD: "floods the CAN bus: 10,000 frames in one millisecond that had room for 8",
+    UART_FLOOD: "floods the SLAMWARE line: more than 16,384 bytes in one millisecond",
+    WAIT_IN_INTERRUPT: "waits in an interrupt handler, where no time passes",
+}
+_PLACED = (LOOP_IN_INTERRUPT, LOOP_WITH_INTERRUPTS_OFF, CAN_FLOOD, UART_FLOOD, WAIT_IN_INTERRUPT, ASSERT)
+
+
+class FirmwareFailed(BenchError):
+    """The firmware under test crashed, loops, floods or is gone. The text begins with one sentence; output follows."""
+
+    exit_status = EXIT_FAILED
+
+
+class Stalled(Enum):
+    """Why no answer came."""
+
+    BUSY = "computes without end in code that the bench cannot count (a library, or assembler); ended"
+    ASLEEP = "waits for something of the host that never comes (a sleep, a read, a lock); ended"
+    STARVED = "got no processor time for half a minute; ended"
+
+
+class Fault(NamedTuple):
+    """What the shim said last."""
+
+    reason: int
+    signal: int
+    address: int
+    callers: tuple[int, ...]
+    text: str
+
+    @classmethod
+    def read(cls, packet: bytes) -> Fault | None:
+        """Out of a packet; None where it is none."""
+        if len(packet) < _HEAD.size:
+            return None
+        _, reason, signal, count, length, address, *callers = _HEAD.unpack_from(packet)
+        text = packet[_HEAD.size : _HEAD.size + length].decode("utf-8", "replace")
+        return cls(reason, signal, address, tuple(callers[: min(count, len(callers))]), text)
+
+
+def sentence(
+    project: Project,
+    program: Path,
+    tick: int,
+    status: int | None,
+    fault: Fault | None,
+    stalled: Stalled | None,
+    report: str,
+    output: str,
+) -> str:
+    """One sentence; below it the sanitizer's report, or the last lines that the firmware printed."""
+    who = f"{project.path.name}: the firmware"
+    when = f"at tick {tick} ({tick / 1000:.3f} s)"
+    what = _what(project, program, status, fault, stalled, report)
+    below = _last_lines("the sanitizer's own words", report.splitlines()[:_REPORT_LINES]) if report.strip() else ""
+    below += _last_lines("its last output", output.splitlines()[-_LAST_LINES:]) if output.strip() else ""
+    return f"{who} {what} {when}{below}"
+
+
+def _what(
+    project: Project, program: Path, status: int | None, fault: Fault | None, stalled: Stalled | None, report: str
+) -> str:
+    if report.strip():
+        return _sanitized(report)
+    if stalled is not None:
+        return stalled.value
+    if fault is not None and fault.signal:
+        address = f" (address 0x{fault.address:x})" if fault.signal in _WITH_ADDRESS else ""
+        return f"crashed: {_signal(fault.signal)}{address}{_place(project, program, fault)}"
+    if fault is not None:
+        what = _REASONS.get(fault.reason, "was ended by the shim")
+        if fault.text:
+            what = f"stopped itself: {fault.text}"
+        return what + (_place(project, program, fault) if fault.reason in _PLACED else "")
+    if status is None:
+        return "is gone"
+    if os.WIFSIGNALED(status):
+        return f"crashed: {_signal(os.WTERMSIG(status))}"
+    return f"ended itself with exit({os.WEXITSTATUS(status)}); a firmware loops for ever"
+
+
+def _signal(number: int) -> str:
+    return SIGNALS.get(number, f"signal {number}")
+
+
+def _sanitized(report: str) -> str:
+    """The sanitizer's finding in a line: its kind and its place."""
+    summary = re.search(r"^SUMMARY: (\w+): (\S+) (\S+?) in (.+)$", report, re.MULTILINE)
+    if summary is not None:
+        tool, kind, where, function = summary.groups()
+        return f"broke a rule that {tool} watches: {kind} in {function} ({_file(where)})"
+    found = re.search(r"^(\S+?): runtime error: (.+)$", report, re.MULTILINE)
+    if found is not None:
+        where, what = found.groups()
+        return f"broke a rule that UndefinedBehaviorSanitizer watches: {what} ({_file(where)})"
+    return "broke a rule that a sanitizer watches"
+
+
+def _file(where: str) -> str:
+    """"/a/b/base.c:41:7" as "base.c:41"."""
+    return ":".join(Path(where).name.split(":")[:2])
+
+
+def _last_lines(title: str, lines: Sequence[str]) -> str:
+    return f"\n{title}:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+def _place(project: Project, program: Path, fault: Fault) -> str:
+    """" in f (base.c:41), called from g (base.c:77)"; empty where nobody knows."""
+    own = [f"{function} ({file})" for function, file in _functions(program, fault)]
+    if not own:
+        return ""
+    return f" in {own[0]}" + "".join(f", called from {each}" for each in own[1:_MOST_CALLERS])
+
+
+def _functions(program: Path, fault: Fault) -> list[tuple[str, str]]:
+    """(function, file:line) of the firmware's own callers, innermost first."""
+    tool = shutil.which("addr2line")
+    if tool is None or not fault.callers:
+        return []
+    # A return address lies behind the call. The instruction that a signal struck is the one after the handler's frames.
+    addresses = [f"0x{caller - 1:x}" for caller in fault.callers]
+    done = subprocess.run(
+        [tool, "-e", str(program), "-f", *addresses], capture_output=True, text=True, check=False, env={"LC_ALL": "C"}
+    )
+    lines = done.stdout.splitlines()
+    found = []
+    for function, where in zip(lines[::2], lines[1::2], strict=False):
+        file, _, line = where.partition(" ")[0].rpartition(":")
+        if file in ("", "??") or Path(file).is_relative_to(_SHIM) or Path(file).name == "wires.c":
+            continue
+        shown = "main" if function == "wb_firmware_main" else function
+        found.append((shown, f"{Path(file).name}:{line}"))
+    return found
