@@ -16,6 +16,7 @@ VERBS = {
     "replay": "run a scenario, an RC capture or a recording, headless, faster than real time",
     "check": "compare a recording with a golden, and say in words what differs",
     "goldens": "what is pinned, whether it is whole, and what nothing is held against",
+    "dut": "bring your own C: a firmware's project file, and its compiler",
     "failsafe": "every loss in every phase of a drive: does the robot stop when it must?",
     "decode": "any capture to decoded lines or JSON lines",
     "kin": "wheel speeds from a twist and back, matrices, conditioning",

@@ -18,6 +18,14 @@ class UsageError(BenchError):
     """A wrong file, key, name or argument."""
 
 
+class ControllerFailed(BenchError):
+    """The base under test raised an error, crashed, or gave what no wire can carry. Its `__cause__`, where there is one,
+    is the user's own error.
+    """
+
+    exit_status = EXIT_FAILED
+
+
 class SurroundingsError(BenchError):
     """What is asked for is right, but this machine cannot do it now: no such port, no room, no permission."""
 

@@ -189,7 +189,10 @@ def test_an_error_in_it_is_one_sentence_and_nothing_recorded_is_lost(project, ca
         ("no_such_module:x", "no_such_module: there is no such module here; install it, or give its file"),
         ("sub:x", "there is no such module here"),
         ("broken.py:x", "broken.py: cannot be loaded: ModuleNotFoundError: No module named 'nothere' in broken.py:2"),
-        ("no-timout", "no controller is called 'no-timout'; did you mean no-timeout? (or give your own: FILE.py:NAME)"),
+        (
+            "no-timout",
+            "no controller is called 'no-timout'; did you mean no-timeout? (or give your own: FILE.py:NAME, ",
+        ),
     ],
 )
 def test_what_cannot_be_a_controller_is_one_sentence(project, capsys, name, says):

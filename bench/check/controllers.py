@@ -3,6 +3,7 @@
     speed-loop, current-as-printed, ...   our base, with a printed form in the place of the speed loop (docs/errata.md)
     no-timeout, wheel-swap, ...           our base, wrong on purpose (`subjects`)
     path/to/file.py:NAME, module:NAME     somebody's own: NAME(robot) gives a `bench.base.ControlledBase`
+    path/to/project.toml                  somebody's own in C, compiled and run in a process of its own (`bench.dut`)
 
 A base of somebody's own is held at arm's length: what it raises, or gives that is no frame, ends the run with one
 sentence that names its file and line. What was recorded until then stays.
@@ -26,7 +27,7 @@ from typing import Any, NamedTuple, TypeAlias
 from bench.base import Base, ControlledBase
 from bench.check.subjects import SUBJECTS
 from bench.config import CONTROL_KINDS, SPEED_LOOP, Robot, nearest, with_choices
-from bench.errors import EXIT_FAILED, BenchError, UsageError
+from bench.errors import ControllerFailed, UsageError
 from bench.messages import CanFrame
 
 Build: TypeAlias = Callable[[Robot], ControlledBase]
@@ -35,12 +36,6 @@ HIGHEST_ID, MOST_BYTES = 0x7FF, 8
 """Of a classic CAN frame with an 11-bit identifier."""
 _OUR_FOLDER = Path(__file__).parents[1]
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)) for name in ("stdlib", "platstdlib", "purelib", "platlib"))
-
-
-class ControllerFailed(BenchError):
-    """The base under test raised an error, or gave what no wire can carry. Its `__cause__` is the user's own error."""
-
-    exit_status = EXIT_FAILED
 
 
 class Controller(NamedTuple):
@@ -56,11 +51,16 @@ class Controller(NamedTuple):
 
 def is_own(text: str | None) -> bool:
     """Whether this names a base of somebody's own."""
-    return text is not None and (":" in text or text.endswith(".py"))
+    return text is not None and (":" in text or text.endswith((".py", ".toml")))
 
 
 def controller_of(robot: Robot, text: str | None, folder: Path = Path()) -> Controller:
     """The controller that a name means; a file is looked for in `folder`. Raises UsageError with the nearest name."""
+    if text is not None and text.endswith(".toml"):
+        from bench.dut.firmware import firmware_of
+
+        firmware = firmware_of(folder / text)
+        return Controller(robot, firmware, firmware.controller_name)
     if text is not None and is_own(text):
         factory = load_factory(text, folder)
         return Controller(robot, _Guarding(factory, text), name_of(factory))
@@ -68,7 +68,9 @@ def controller_of(robot: Robot, text: str | None, folder: Path = Path()) -> Cont
         return Controller(robot, SUBJECTS[text], text)
     if text is not None and text not in CONTROL_KINDS:
         known = [*CONTROL_KINDS, *SUBJECTS]
-        raise UsageError(f"no controller is called {text!r}{nearest(text, known)} (or give your own: FILE.py:NAME)")
+        raise UsageError(
+            f"no controller is called {text!r}{nearest(text, known)} (or give your own: FILE.py:NAME, FILE.toml)"
+        )
     chosen = with_choices(robot, text)
     kind = chosen.control.kind
     return Controller(chosen, Base, kind if kind != SPEED_LOOP else None)
@@ -78,6 +80,8 @@ def name_of(factory: object) -> str | None:
     """What a recording calls a factory: "file.py:NAME", without the folder, which is the machine's; None: ours."""
     if factory is Base:
         return None
+    if isinstance(called := getattr(factory, "controller_name", None), str):  # a firmware's
+        return called
     try:
         file = Path(inspect.getfile(factory)).name  # type: ignore[arg-type]
     except (TypeError, OSError):  # an instance with a __call__, or something from C

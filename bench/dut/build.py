@@ -31,6 +31,9 @@ _ABI = ("-funsigned-char", "-fshort-enums", "-fno-pie", "-ffp-contract=off")
 _USUAL = ("-g", "-O2", "-Wall")
 _COUNTED = "-fsanitize-coverage=trace-pc"
 _SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer", "-O1")
+# A loop without anything in it is the one thing that the count leaves out: ".L3: jmp .L3", with line numbers between.
+_EMPTY_LOOP = re.compile(r"^(\.L\w+):\n((?:[ \t]*(?:[.#]|nop).*\n)*)[ \t]*(jmp|b)[ \t]+\1[ \t]*$", re.MULTILINE)
+_CALLS = {"jmp": "call", "b": "bl"}
 _UNDEFINED = re.compile(r"undefined reference to [`'‘]([^'’]+)['’]")
 _MOST_LINES = 40
 
@@ -121,14 +124,14 @@ def _instance(handle: str) -> str:
 
 
 def _commands(project: Project, compiler: str) -> list[list[str]]:
-    """The compiler's arguments: for the team's files, for the shim, for the program."""
+    """The compiler's arguments: for the team's files, for the shim and the program, for the program alone."""
     sanitize = _SANITIZE if project.sanitize else ()
     include = [f"-I{path}" for path in (SHIM / "include", *project.include)]
     defines = [f"-D{define}" for define in project.defines]
     theirs = [compiler, *_USUAL, *_ABI, _COUNTED, *sanitize, *include, *defines, *project.flags]
     ours = [compiler, *_USUAL, *_ABI, f"-I{SHIM / 'include'}", f"-I{SHIM}"]
     ours += ["-DWB_SANITIZE"] if project.sanitize else []
-    link = [compiler, "-no-pie", *sanitize]
+    link = [*sanitize]
     libraries = ["-lm"] + (["-lstdc++"] if any(path.suffix != ".c" for path in project.sources) else [])
     return [theirs, ours, link, libraries, [str(path) for path in project.sources]]
 
@@ -136,14 +139,11 @@ def _commands(project: Project, compiler: str) -> list[list[str]]:
 def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tuple[str, set[Path]]:
     """Make the program; what the compiler had to say, and every file that went in."""
     theirs, ours, link, libraries, _ = _commands(project, compiler)
-    (scratch / "wires.c").write_text(wires, encoding="utf-8")
-    shim = [*(SHIM / name for name in SHIM_SOURCES), scratch / "wires.c"]
-    jobs = [(source, [*theirs, "-c", str(source)]) for source in project.sources]
-    jobs += [(source, [*ours, "-c", str(source)]) for source in shim]
+    names = [f"{number}" for number in range(len(project.sources))]
     said = _run_all(
         [
-            [*command, "-o", str(scratch / f"{number}.o"), "-MMD", "-MF", str(scratch / f"{number}.d")]
-            for number, (_, command) in enumerate(jobs)
+            [*theirs, "-S", str(source), "-o", f"{scratch / name}.s", "-MMD", "-MF", f"{scratch / name}.d"]
+            for source, name in zip(project.sources, names, strict=True)
         ]
     )
     failed = [text for status, text in said if status]
@@ -151,17 +151,53 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
         raise UsageError(
             f"{project.path}: the compiler refuses the firmware; its own words:\n{_shortened(''.join(failed))}"
         )
-    objects = [str(scratch / f"{number}.o") for number in range(len(jobs))]
+    (scratch / "wires.c").write_text(wires, encoding="utf-8")
+    _assemble(project, compiler, [scratch / f"{name}.s" for name in names])
+    objects = [str(scratch / f"{name}.o") for name in names]
     if project.main == "main":
-        _rename_main(project, objects[: len(project.sources)])
-    status, text = _run_all([[*link, *objects, *libraries, "-o", str(scratch / PROGRAM)]])[0]
+        _rename_main(project, objects)
+    shim = _shim_objects(project, ours)
+    command = [*ours, str(scratch / "wires.c"), *objects, *map(str, shim), "-no-pie", *link, *libraries]
+    status, text = _run_all([[*command, "-o", str(scratch / PROGRAM)]])[0]
     if status:
         raise UsageError(f"{project.path}: {_unlinked(project, text)}")
-    inputs = set(project.sources) | set(shim[:-1])
-    for number in range(len(jobs)):
-        inputs |= {path for path in _read_list(scratch / f"{number}.d") if scratch not in path.parents}
-    warnings = "".join(text for _, text in said[: len(project.sources)])
-    return warnings, inputs
+    inputs = set(project.sources) | {SHIM / name for name in SHIM_SOURCES}
+    for name in names:
+        inputs |= set(_read_list(scratch / f"{name}.d"))
+    return "".join(text for _, text in said), inputs
+
+
+def _shim_objects(project: Project, ours: Sequence[str]) -> list[Path]:
+    """The shim, compiled: once for all firmwares of this compiler."""
+    content = "".join(_digest(path) for path in sorted(SHIM.rglob("*.[ch]")))
+    folder = _common_folder() / f"shim-{_digest_of_text(json.dumps([*ours, content]))[:16]}"
+    objects = [folder / f"{name}.o" for name in SHIM_SOURCES]
+    if all(each.exists() for each in objects):
+        return objects
+    folder.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        made = [Path(scratch) / each.name for each in objects]
+        commands = [[*ours, "-c", str(SHIM / name), "-o", str(to)] for name, to in zip(SHIM_SOURCES, made, strict=True)]
+        for status, text in _run_all(commands):
+            if status:
+                raise UsageError(
+                    f"{project.path}: the compiler refuses the bench's own C; another one, perhaps (compiler =)? Its "
+                    f"own words:\n{_shortened(text)}"
+                )
+        for one, other in zip(made, objects, strict=True):
+            os.replace(one, other)
+    return objects
+
+
+def _assemble(project: Project, compiler: str, listings: Sequence[Path]) -> None:
+    """Make objects of the compiler's listings, with a call in every loop that has nothing in it."""
+    for listing in listings:
+        text = listing.read_text(encoding="utf-8", errors="surrogateescape")
+        text = _EMPTY_LOOP.sub(lambda found: f"{found[1]}:\n{found[2]}\t{_CALLS[found[3]]}\twb_spin", text)
+        listing.write_text(text, encoding="utf-8", errors="surrogateescape")
+    for status, text in _run_all([[compiler, "-c", str(each), "-o", str(each.with_suffix(".o"))] for each in listings]):
+        if status:
+            raise UsageError(f"{project.path}: the assembler refuses what the compiler wrote:\n{_shortened(text)}")
 
 
 def _rename_main(project: Project, objects: Sequence[str]) -> None:
@@ -178,7 +214,9 @@ def _run_all(commands: Iterable[Sequence[str]]) -> list[tuple[int, str]]:
     """Run them side by side: (exit status, what was written), in order."""
     english = os.environ | {"LC_ALL": "C"}
     started = [
-        subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=english)
+        subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=english
+        )
         for command in commands
     ]
     done = []
@@ -223,14 +261,21 @@ def _folder(project: Project) -> Path:
             return beside / place.stem
     except OSError:
         pass
-    elsewhere = Path(tempfile.gettempdir()) / f"wheelbench-{os.getuid()}" / _digest_of_text(str(place))[:16]
-    try:
-        elsewhere.mkdir(parents=True, exist_ok=True, mode=0o700)
-    except OSError as error:
-        raise SurroundingsError(f"{elsewhere}: cannot be made ({error.strerror}); free some room there") from None
-    if elsewhere.parent.stat().st_uid != os.getuid():
-        raise SurroundingsError(f"{elsewhere.parent}: belongs to somebody else; set TMPDIR to a folder of yours")
+    elsewhere = _common_folder() / _digest_of_text(str(place))[:16]
+    elsewhere.mkdir(exist_ok=True)
     return elsewhere
+
+
+def _common_folder() -> Path:
+    """A folder of this user's among the system's passing files. Raises SurroundingsError."""
+    folder = Path(tempfile.gettempdir()) / f"wheelbench-{os.getuid()}"
+    try:
+        folder.mkdir(exist_ok=True, mode=0o700)
+        if folder.stat().st_uid == os.getuid():
+            return folder
+    except OSError as error:
+        raise SurroundingsError(f"{folder}: cannot be made ({error.strerror}); free some room there") from None
+    raise SurroundingsError(f"{folder}: belongs to somebody else; set TMPDIR to a folder of yours")
 
 
 def _is_fresh(folder: Path, wanted: str) -> bool:

@@ -7,7 +7,7 @@
     frame        | identifier u16 | length u8 | 0 | data, 8 |
 
 All little-endian. The firmware never sees the host's clock; how long it takes is only looked at when it has not answered
-for `PATIENCE_S`: it is ended where it computes without end, or waits for something that the bench cannot give.
+for `PATIENCE_MS`: it is ended where it computes without end, or waits for something that the bench cannot give.
 """
 
 from __future__ import annotations
@@ -21,15 +21,17 @@ from functools import lru_cache
 from pathlib import Path
 
 from bench.config import Robot
-from bench.dut.build import Built
+from bench.dut.build import Built, build
+from bench.dut.project import load_project
 from bench.dut.server import Server, server_of
-from bench.dut.trouble import Fault, FirmwareFailed, Stalled, sentence
+from bench.dut.trouble import Fault, Stalled, sentence
+from bench.errors import ControllerFailed
 from bench.messages import CanFrame
 
-PATIENCE_S = 1
+PATIENCE_MS = 1000
 """Of the wall's time. A loop that the shim can count is found by its count, long before."""
 STARVED_ROUNDS = 30
-"""So often a firmware that gets no processor is given another second."""
+"""So often a firmware that gets no processor is given as much again."""
 BUSY_SHARE = 0.25
 SIGKILL = 9
 
@@ -38,7 +40,7 @@ _ANSWER = struct.Struct("<BBH")
 _ONE_ANSWER = struct.Struct("<BBHHBx8s")
 _ONE_FRAME = struct.Struct("<" + _FRAME)
 _LARGEST_ANSWER = 65536
-_TIMEOUT = struct.pack("ll", PATIENCE_S, 0)
+_OUTPUT_SHOWN = 1 << 16
 _ANSWERED, _FAULT = 0, 1
 
 
@@ -47,31 +49,48 @@ def _question(frames: int) -> struct.Struct:
     return struct.Struct("<HHH2x" + _FRAME * frames)
 
 
-class FirmwareBase:
-    """A `ControlledBase`: one fresh firmware. `step` raises FirmwareFailed, once; what it sent before stands."""
+class Firmware:
+    """A compiled firmware. Called with a robot it gives a fresh one, from reset: what a bench takes for a base."""
 
-    def __init__(self, built: Built, robot: Robot | None = None) -> None:
-        self.name = built.project.path.name
+    def __init__(self, built: Built) -> None:
+        self.built = built
+        self.controller_name = built.project.path.name
+        """What a recording calls it."""
+
+    def __call__(self, robot: Robot | None = None) -> FirmwareBase:
+        """A fresh one. Raises SurroundingsError where its process does not come up."""
+        return FirmwareBase(self.built)
+
+
+def firmware_of(path: Path | str) -> Firmware:
+    """The firmware of a project's TOML file, compiled where something has changed. Raises BenchError."""
+    return Firmware(build(load_project(Path(path))))
+
+
+class FirmwareBase:
+    """A `ControlledBase`: one fresh firmware. `step` raises ControllerFailed, once; what it sent before stands."""
+
+    def __init__(self, built: Built) -> None:
         self.program = built.program
         self._project = built.project
         self._server: Server = server_of(built.program)
         self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _TIMEOUT)
+        self._patience_s = PATIENCE_MS / 1000.0
+        patience = struct.pack("ll", PATIENCE_MS // 1000, PATIENCE_MS % 1000 * 1000)
+        self._link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, patience)
         self._output = os.memfd_create("output")
-        os.set_blocking(self._output, True)
-        self._report = os.memfd_create("report")
-        self._release = weakref.finalize(self, _release, self._link, (self._output, self._report))
+        self._release = weakref.finalize(self, _release, self._link, self._output)
         try:
-            self.pid = self._server.fork(theirs.fileno(), self._output, self._report)
+            self.pid = self._server.fork(theirs.fileno(), self._output)
         finally:
             theirs.close()
         self._buffer = bytearray(_LARGEST_ANSWER)
-        self._failed: FirmwareFailed | None = None
+        self._failed: ControllerFailed | None = None
 
     def step(
         self, tick: int, rc_bytes: bytes, slamware_bytes: bytes, can_in: Sequence[CanFrame]
     ) -> tuple[tuple[CanFrame, ...], bytes]:
-        """A packet there, a packet back. Raises FirmwareFailed with what the firmware has done, and where."""
+        """A packet there, a packet back. Raises ControllerFailed with what the firmware has done, and where."""
         count = len(can_in)
         words = [word for can_id, data in can_in for word in (can_id, len(data), data)]
         packet = _question(count).pack(len(rc_bytes), len(slamware_bytes), count, *words)
@@ -89,8 +108,12 @@ class FirmwareBase:
         return self._taken(tick, size)
 
     def output(self) -> str:
-        """What the firmware has printed until now, its newest megabyte."""
-        return _text_of(self._output)
+        """The last that the firmware has printed until now, at most 64 KiB."""
+        size = os.fstat(self._output).st_size
+        return os.pread(self._output, _OUTPUT_SHOWN, max(0, size - _OUTPUT_SHOWN)).decode("utf-8", "replace")
+
+    def __reduce__(self) -> str:
+        raise TypeError("a firmware's process cannot be copied")
 
     def close(self) -> None:
         """Let the firmware go; it ends by itself when nobody listens."""
@@ -108,8 +131,8 @@ class FirmwareBase:
         raise self._failure(tick, fault)
 
     def _wait(self, tick: int) -> int:
-        """The packet that is late; 0 where none can come. Raises FirmwareFailed for a firmware that never answers."""
-        last_s = None
+        """The packet that is late; 0 where none can come. Raises ControllerFailed for a firmware that never answers."""
+        _, last_s = _processor_time(self.pid)
         for _ in range(STARVED_ROUNDS):
             try:
                 return self._link.recv_into(self._buffer)
@@ -117,37 +140,27 @@ class FirmwareBase:
                 is_asleep, used_s = _processor_time(self.pid)
             except OSError:
                 return 0
-            if last_s is not None:
-                if used_s - last_s >= BUSY_SHARE * PATIENCE_S:
-                    raise self._failure(tick, stalled=Stalled.BUSY)
-                if is_asleep:
-                    raise self._failure(tick, stalled=Stalled.ASLEEP)
-            last_s = used_s
+            if used_s - last_s >= BUSY_SHARE * self._patience_s:
+                raise self._failure(tick, stalled=Stalled.BUSY)
+            if is_asleep:
+                raise self._failure(tick, stalled=Stalled.ASLEEP)
         raise self._failure(tick, stalled=Stalled.STARVED)
 
-    def _failure(self, tick: int, fault: Fault | None = None, stalled: Stalled | None = None) -> FirmwareFailed:
+    def _failure(self, tick: int, fault: Fault | None = None, stalled: Stalled | None = None) -> ControllerFailed:
         """What happened, once the process is gone."""
         if self._failed is None:
             if stalled is not None:
                 os.kill(self.pid, SIGKILL)
             self._link.close()
             status = self._server.ended(self.pid)
-            text = sentence(
-                self._project, self.program, tick, status, fault, stalled, _text_of(self._report), self.output()
-            )
-            self._failed = FirmwareFailed(text)
+            text = sentence(self._project, self.program, tick, status, fault, stalled, self.output())
+            self._failed = ControllerFailed(text)
         return self._failed
 
 
-def _release(link: socket.socket, descriptors: tuple[int, ...]) -> None:
+def _release(link: socket.socket, output: int) -> None:
     link.close()
-    for descriptor in descriptors:
-        os.close(descriptor)
-
-
-def _text_of(descriptor: int) -> str:
-    size = os.fstat(descriptor).st_size
-    return os.pread(descriptor, size, 0).decode("utf-8", "replace")
+    os.close(output)
 
 
 def _processor_time(pid: int) -> tuple[bool, float]:

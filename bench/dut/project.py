@@ -33,7 +33,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench.config import ConfigError, Table, read_toml
+from bench.config import Table, read_toml
 
 BLOCKS_PER_MS = 5000
 LEAST_BLOCKS_PER_MS = 100
@@ -149,6 +149,3 @@ def _sources(data: Table, folder: Path) -> tuple[Path, ...]:
 
 def _matches(path: Path, folder: Path, pattern: str) -> bool:
     return path.is_relative_to(folder) and fnmatch.fnmatch(path.relative_to(folder).as_posix(), pattern)
-
-
-__all__ = ["ConfigError", "Project", "load_project"]

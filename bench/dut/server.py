@@ -40,10 +40,10 @@ class Server:
         finally:
             theirs.close()
 
-    def fork(self, link: int, output: int, report: int) -> int:
+    def fork(self, link: int, output: int) -> int:
         """A fresh firmware on these descriptors; its process number. Raises SurroundingsError."""
         try:
-            socket.send_fds(self._socket, [_ORDER.pack(b"F", 0)], [link, output, report])
+            socket.send_fds(self._socket, [_ORDER.pack(b"F", 0)], [link, output])
             pid = self._reply()
         except OSError:
             pid = -1

@@ -20,12 +20,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.dut.project import Project
-from bench.errors import EXIT_FAILED, BenchError
 
 _HEAD = struct.Struct("<BBBBIQ24Q")
 _SHIM = Path(__file__).parent / "shim"
-_LAST_LINES, _REPORT_LINES = 8, 40
+_LAST_LINES, _REPORT_LINES = 8, 16
 _MOST_CALLERS = 4
+_LINK_CLOSED = 71
 
 SIGNALS = {
     4: "SIGILL, an instruction that there is not", 5: "SIGTRAP", 6: "SIGABRT, an abort or a failed assert",
@@ -35,22 +35,18 @@ SIGNALS = {
 """Linux's numbers, and what they mean to a firmware."""
 _WITH_ADDRESS = (7, 11)
 
-LOOP_IN_INTERRUPT, LOOP_WITH_INTERRUPTS_OFF, MAIN_RETURNED, CAN_FLOOD, UART_FLOOD, WAIT_IN_INTERRUPT, ASSERT = range(2, 9)
+LOOP_IN_INTERRUPT, LOOP_WITH_INTERRUPTS_OFF, MAIN_RETURNED, CAN_FLOOD, UART_FLOOD, WAIT_IN_INTERRUPT, ASSERT = range(
+    2, 9
+)
 _REASONS = {
     LOOP_IN_INTERRUPT: "is in an interrupt handler that does not end",
     LOOP_WITH_INTERRUPTS_OFF: "loops for ever with interrupts off",
     MAIN_RETURNED: "has come to the end of main; a firmware loops for ever",
-    CAN_FLOOD: "floods the CAN bus: 10,000 frames in one millisecond that had room for 8",
+    CAN_FLOOD: "floods the CAN bus: for 100 ms it has sent more than the 8 frames that a millisecond has room for",
     UART_FLOOD: "floods the SLAMWARE line: more than 16,384 bytes in one millisecond",
     WAIT_IN_INTERRUPT: "waits in an interrupt handler, where no time passes",
 }
 _PLACED = (LOOP_IN_INTERRUPT, LOOP_WITH_INTERRUPTS_OFF, CAN_FLOOD, UART_FLOOD, WAIT_IN_INTERRUPT, ASSERT)
-
-
-class FirmwareFailed(BenchError):
-    """The firmware under test crashed, loops, floods or is gone. The text begins with one sentence; output follows."""
-
-    exit_status = EXIT_FAILED
 
 
 class Stalled(Enum):
@@ -87,22 +83,21 @@ def sentence(
     status: int | None,
     fault: Fault | None,
     stalled: Stalled | None,
-    report: str,
     output: str,
 ) -> str:
     """One sentence; below it the sanitizer's report, or the last lines that the firmware printed."""
-    who = f"{project.path.name}: the firmware"
-    when = f"at tick {tick} ({tick / 1000:.3f} s)"
+    when = f"{project.path.name}: at tick {tick} ({tick / 1000:.3f} s) the firmware"
+    said, report = _parted(output) if project.sanitize else (output, "")
     what = _what(project, program, status, fault, stalled, report)
-    below = _last_lines("the sanitizer's own words", report.splitlines()[:_REPORT_LINES]) if report.strip() else ""
-    below += _last_lines("its last output", output.splitlines()[-_LAST_LINES:]) if output.strip() else ""
-    return f"{who} {what} {when}{below}"
+    below = _last_lines("the sanitizer's own words", _own_lines(report)) if report else ""
+    below += _last_lines("its last output", said.splitlines()[-_LAST_LINES:]) if said.strip() else ""
+    return f"{when} {what}{below}"
 
 
 def _what(
     project: Project, program: Path, status: int | None, fault: Fault | None, stalled: Stalled | None, report: str
 ) -> str:
-    if report.strip():
+    if report:
         return _sanitized(report)
     if stalled is not None:
         return stalled.value
@@ -118,6 +113,8 @@ def _what(
         return "is gone"
     if os.WIFSIGNALED(status):
         return f"crashed: {_signal(os.WTERMSIG(status))}"
+    if os.WEXITSTATUS(status) == _LINK_CLOSED:
+        return "closed a file that it had not opened: its line to the bench"
     return f"ended itself with exit({os.WEXITSTATUS(status)}); a firmware loops for ever"
 
 
@@ -138,8 +135,19 @@ def _sanitized(report: str) -> str:
     return "broke a rule that a sanitizer watches"
 
 
+def _parted(output: str) -> tuple[str, str]:
+    """What the firmware printed, and the sanitizer's report behind it."""
+    found = re.search(r"^(=+\n==\d+==ERROR: |\S+:\d+:\d+: runtime error: )", output, re.MULTILINE)
+    return (output[: found.start()], output[found.start() :]) if found else (output, "")
+
+
+def _own_lines(report: str) -> list[str]:
+    """The lines of a report but for those that tell of the shim and of the C library."""
+    return [line for line in report.splitlines() if str(_SHIM) not in line and "libc" not in line][:_REPORT_LINES]
+
+
 def _file(where: str) -> str:
-    """"/a/b/base.c:41:7" as "base.c:41"."""
+    """ "/a/b/base.c:41:7" as "base.c:41"."""
     return ":".join(Path(where).name.split(":")[:2])
 
 
@@ -148,7 +156,7 @@ def _last_lines(title: str, lines: Sequence[str]) -> str:
 
 
 def _place(project: Project, program: Path, fault: Fault) -> str:
-    """" in f (base.c:41), called from g (base.c:77)"; empty where nobody knows."""
+    """ " in f (base.c:41), called from g (base.c:77)"; empty where nobody knows."""
     own = [f"{function} ({file})" for function, file in _functions(program, fault)]
     if not own:
         return ""

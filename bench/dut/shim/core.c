@@ -1,6 +1,6 @@
 /* The firmware's process: a fork server, the link to the bench, and virtual time.
  *
- *     bench -> "F" + three descriptors   a fresh firmware: forked from here, before any of its code has run
+ *     bench -> "F" + two descriptors     a fresh firmware: forked from here, before any of its code has run
  *     bench -> "W" + pid                 how it ended
  *
  * In the child one packet a tick comes in and one goes out; bench/dut/firmware.py has the same layouts.
@@ -9,7 +9,7 @@
  * __sanitizer_cov_trace_pc. A tick is a number of those calls: as repeatable as the code itself, whatever loop it waits
  * in, and independent of the host. When they are used up, the answer leaves, the next tick's bytes and frames come in,
  * and the firmware's interrupt handlers run on top of what it was doing, as on the chip. A handler that does not come
- * back is an endless loop, found by the same count.
+ * back is an endless loop, found by the same count. A loop with nothing in it has no block; build.py gives it one.
  */
 #define _GNU_SOURCE
 #include "core.h"
@@ -30,10 +30,10 @@
 #include <unistd.h>
 
 enum { PACKET = 65536, CALLERS = 24, ENDED = 256 };
-enum { LINK_FD = 200, REPORT_FD = 201 };
+enum { LINK_FD = 200, DESCRIPTORS = 2 };
 enum { OUTPUT_KEPT = 1 << 20, OUTPUT_IN_ONE_GO = 1 << 24, LOOK_AT_OUTPUT_EVERY = 256 };
 static const long ENDLESS_BLOCKS = 20 * 1000 * 1000;
-enum { FLOOD_FRAMES = 10000, FLOOD_BYTES = 16384 };
+enum { FLOOD_TICKS = 100, FLOOD_BYTES = 16384, LINK_CLOSED = 71 };
 
 uint32_t wb_tick;
 int wb_in_interrupt;
@@ -59,7 +59,7 @@ static struct {
     struct wb_frame frames[WB_CAN_PER_TICK];
 } answer;
 static uint8_t sending[FLOOD_BYTES];
-static int sending_count, refused_frames;
+static int sending_count, has_refused, refused_ticks;
 static struct wb_input input;
 
 static struct {
@@ -74,7 +74,7 @@ static struct {
 static void send_all(const void *data, size_t size) {
     while (send(LINK_FD, data, size, MSG_NOSIGNAL) < 0)
         if (errno != EINTR)
-            _exit(0); /* the bench has let go of this firmware */
+            _exit(errno == EBADF ? LINK_CLOSED : 0); /* else the bench has let go of this firmware */
 }
 
 static void receive_tick(void) {
@@ -83,7 +83,7 @@ static void receive_tick(void) {
         size = recv(LINK_FD, packet, sizeof packet, 0);
     while (size < 0 && errno == EINTR);
     if (size < (ssize_t)sizeof(struct in_head))
-        _exit(0);
+        _exit(size < 0 && errno == EBADF ? LINK_CLOSED : 0);
     struct in_head head;
     memcpy(&head, packet, sizeof head);
     const uint8_t *at = packet + sizeof head;
@@ -108,11 +108,13 @@ static void send_answer(void) {
         send_all(&answer, size);
     }
     answer.head.frames = 0;
-    sending_count = refused_frames = 0;
+    sending_count = 0;
+    refused_ticks = has_refused ? refused_ticks + 1 : 0;
+    has_refused = 0;
 }
 
 static void look_at_output(void) {
-    if (lseek(STDOUT_FILENO, 0, SEEK_END) > OUTPUT_KEPT && ftruncate(STDOUT_FILENO, 0) == 0)
+    if (lseek(STDOUT_FILENO, 0, SEEK_END) > OUTPUT_KEPT && ftruncate(STDOUT_FILENO, 0) == 0 && lseek(STDOUT_FILENO, 0, SEEK_SET) == 0)
         wb_note("more than a megabyte of output: what came before is gone");
 }
 
@@ -229,6 +231,15 @@ void __sanitizer_cov_trace_pc(void) {
         out_of_time();
 }
 
+/* In the place of a loop without anything in it, which the compiler does not count; see build.py. It may be called
+ * from anywhere, so the stack is put in order first.
+ */
+__attribute__((noreturn, force_align_arg_pointer)) void wb_spin(void);
+void wb_spin(void) {
+    for (;;)
+        wb_poll();
+}
+
 void wb_poll(void) {
     budget -= wb_blocks_per_ms / WB_POLL_SHARE;
     if (budget <= 0)
@@ -329,7 +340,8 @@ int wb_can_room(void) {
 
 int wb_can_write(uint16_t id, const uint8_t *data, uint8_t length) {
     if (wb_can_room() == 0) {
-        if (++refused_frames > FLOOD_FRAMES)
+        has_refused = 1;
+        if (refused_ticks >= FLOOD_TICKS)
             wb_fault(WB_FAULT_CAN_FLOOD, "");
         wb_poll();
         if (wb_can_room() == 0)
@@ -349,13 +361,12 @@ int wb_can_write(uint16_t id, const uint8_t *data, uint8_t length) {
 #ifdef WB_SANITIZE
 const char *__asan_default_options(void);
 const char *__asan_default_options(void) {
-    return "detect_leaks=0:detect_stack_use_after_return=0:abort_on_error=0";
+    return "detect_leaks=0:detect_stack_use_after_return=0:handle_abort=1";
 }
 const char *__ubsan_default_options(void);
 const char *__ubsan_default_options(void) {
     return "halt_on_error=1:print_stacktrace=1";
 }
-void __sanitizer_set_report_fd(void *descriptor);
 #endif
 
 static void run_firmware(const int *descriptors) {
@@ -365,7 +376,6 @@ static void run_firmware(const int *descriptors) {
     dup2(descriptors[1], STDOUT_FILENO);
     dup2(descriptors[1], STDERR_FILENO);
     dup2(descriptors[0], LINK_FD);
-    dup2(descriptors[2], REPORT_FD);
     for (int fd = 3; fd < LINK_FD; fd++)
         close(fd);
     setvbuf(stdout, NULL, _IOLBF, 4096);
@@ -375,9 +385,7 @@ static void run_firmware(const int *descriptors) {
     signal(SIGXFSZ, SIG_IGN);
     struct rlimit none = {0, 0};
     setrlimit(RLIMIT_CORE, &none);
-#ifdef WB_SANITIZE
-    __sanitizer_set_report_fd((void *)(intptr_t)REPORT_FD);
-#else
+#ifndef WB_SANITIZE /* which tells more of a bad pointer than we can */
     catch_signals();
 #endif
     receive_tick();
@@ -396,7 +404,7 @@ static int take_order(int control, char *order, uint32_t *pid, int *descriptors)
     } asked = {0};
     union {
         struct cmsghdr head;
-        char room[CMSG_SPACE(3 * sizeof(int))];
+        char room[CMSG_SPACE(DESCRIPTORS * sizeof(int))];
     } ancillary;
     struct iovec piece = {&asked, sizeof asked};
     struct msghdr message = {.msg_iov = &piece, .msg_iovlen = 1, .msg_control = &ancillary};
@@ -407,8 +415,8 @@ static int take_order(int control, char *order, uint32_t *pid, int *descriptors)
     *order = asked.order;
     *pid = asked.pid;
     struct cmsghdr *head = CMSG_FIRSTHDR(&message);
-    if (head && head->cmsg_type == SCM_RIGHTS && head->cmsg_len == CMSG_LEN(3 * sizeof(int)))
-        memcpy(descriptors, CMSG_DATA(head), 3 * sizeof(int));
+    if (head && head->cmsg_type == SCM_RIGHTS && head->cmsg_len == CMSG_LEN(DESCRIPTORS * sizeof(int)))
+        memcpy(descriptors, CMSG_DATA(head), DESCRIPTORS * sizeof(int));
     else
         descriptors[0] = -1;
     return 1;
@@ -441,7 +449,7 @@ static int status_of(pid_t pid) {
 static void serve(int control) {
     char order = 0;
     uint32_t pid = 0;
-    int descriptors[3];
+    int descriptors[DESCRIPTORS];
     while (take_order(control, &order, &pid, descriptors)) {
         int32_t reply = -1;
         if (order == 'F' && descriptors[0] >= 0) {
@@ -449,7 +457,7 @@ static void serve(int control) {
             pid_t child = fork();
             if (child == 0)
                 run_firmware(descriptors);
-            for (int i = 0; i < 3; i++)
+            for (int i = 0; i < DESCRIPTORS; i++)
                 close(descriptors[i]);
             reply = (int32_t)child;
         } else if (order == 'W') {

@@ -1,0 +1,155 @@
+"""What `wheelbench dut init` writes into a firmware's folder: a project file, filled in from what the sources say, and
+the port file, the one page of C that is the bench's and yours.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.dut.project import C_ENDINGS
+from bench.errors import SurroundingsError, UsageError
+
+STYLES = ("superloop", "interrupt", "rtos")
+PROJECT, PORT, STARTER = "wheelbench.toml", "wheelbench_port.c", "main.c"
+_TEMPLATES = Path(__file__).parent / "templates"
+
+# What a generator puts beside a team's own files, and the bench has instead.
+_NOT_THEIRS = re.compile(r"(stm32\w*_(hal|ll|it)\w*|system_stm32\w*|startup\w*|syscalls|sysmem|wheelbench_port)\.c")
+_NOT_FOLDERS = {"Drivers", "Middlewares", "build", "Debug", "Release", "test", "tests"}
+_MOST_FILES = 500
+_HANDLE = r"^\s*(?:extern\s+)?{}_HandleTypeDef\s+(\w+)"
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What the sources of a folder say of themselves. Paths are relative to it."""
+
+    sources: tuple[str, ...]
+    left_out: tuple[str, ...]
+    include: tuple[str, ...]
+    uarts: tuple[str, ...]
+    cans: tuple[str, ...]
+    timers: tuple[str, ...]
+    style: str
+    has_main: bool
+    has_setup: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Started:
+    """What was written, and how."""
+
+    style: str
+    written: tuple[Path, ...]
+    found: Found
+
+
+def start(folder: Path, style: str | None = None) -> Started:
+    """Write the files. Raises UsageError where one of them is there already, SurroundingsError where none can be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        found = look(folder)
+    except OSError as error:
+        raise SurroundingsError(f"{folder}: cannot be used ({error.strerror}); give another folder") from None
+    chosen = style or found.style
+    texts = {}
+    if not found.sources:
+        texts[STARTER] = _template("starter")
+    else:
+        texts[PORT] = _template(chosen)
+    texts[PROJECT] = project_toml(folder.resolve().name, found, chosen)
+    for name in texts:
+        if (folder / name).exists():
+            raise UsageError(f"{folder / name}: is there already; remove it, or go on with it")
+    try:
+        for name, text in texts.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SurroundingsError(f"{folder}: cannot be written ({error.strerror}); give another folder") from None
+    return Started(chosen, tuple(folder / name for name in texts), found)
+
+
+def look(folder: Path) -> Found:
+    """Read the C files of a folder, as far as is good for a guess."""
+    files = sorted(path for path in _walk(folder) if path.suffix in (*C_ENDINGS, ".h", ".hpp"))[:_MOST_FILES]
+    code = [path for path in files if path.suffix in C_ENDINGS]
+    kept = [path for path in code if not _NOT_THEIRS.fullmatch(path.name)]
+    text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in kept)
+    uarts, cans, timers = (_names(text, kind) for kind in ("UART", "CAN", "TIM"))
+    if re.search(r"FreeRTOS\.h|cmsis_os2?\.h", text):
+        style = "rtos"
+    elif uarts or cans or "_hal.h" in text:
+        style = "interrupt"
+    else:
+        style = "superloop"
+    headers = {path.parent.relative_to(folder).as_posix() for path in files if path.suffix in (".h", ".hpp")}
+    return Found(
+        sources=tuple(path.relative_to(folder).as_posix() for path in kept),
+        left_out=tuple(path.relative_to(folder).as_posix() for path in code if path not in kept),
+        include=tuple(sorted(headers)),
+        uarts=uarts,
+        cans=cans,
+        timers=timers,
+        style=style,
+        has_main=bool(re.search(r"^\s*(int|void)\s+main\s*\(", text, re.MULTILINE)),
+        has_setup=bool(re.search(r"^\s*void\s+setup\s*\(", text, re.MULTILINE)),
+    )
+
+
+def _walk(folder: Path) -> Iterable[Path]:
+    for path in folder.iterdir():
+        if path.name.startswith(".") or path.name in _NOT_FOLDERS:
+            continue
+        if path.is_dir():
+            yield from _walk(path)
+        else:
+            yield path
+
+
+def _names(text: str, kind: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(re.findall(_HANDLE.format(kind), text, re.MULTILINE)))
+
+
+def _template(name: str) -> str:
+    return (_TEMPLATES / f"{name}.c").read_text(encoding="utf-8")
+
+
+def project_toml(name: str, found: Found, style: str) -> str:
+    """The project file, with what was found and a word on what to check."""
+    sources = [*found.sources, PORT] if found.sources else [STARTER]
+    lines = [
+        "schema = 1",
+        f"name = {_text(name)}",
+        "# Your own files, unchanged. Not the vendor's HAL, start-up code or scheduler: the bench has its own.",
+        _list("sources", sources),
+    ]
+    lines += [_list("include", found.include)] if found.include else []
+    lines += ['defines = []                  # ["STM32F407xx"]', 'compiler = "cc"']
+    lines += ["sanitize = false              # true: AddressSanitizer and UndefinedBehaviorSanitizer watch", ""]
+    lines += ["[entry]"]
+    if found.has_setup and not found.has_main:
+        lines += ['setup = "setup"', 'loop = "loop"']
+    else:
+        lines += ['main = "main"']
+    lines += ['# every_ms = "control_step"   # a function that a timer of yours calls each millisecond']
+    if style != "superloop" or found.uarts or found.cans:
+        lines += ["", "[wires]                       # check: which handle is which line"]
+        names = (*found.uarts, "", "")
+        for key, handle in (("rc", names[0]), ("slamware", names[1]), ("can", (*found.cans, "")[0])):
+            lines += [f"{key} = {_text(handle)}" if handle else f'# {key} = "h..."']
+    for timer in found.timers:
+        lines += ["", "[[timer]]", f"handle = {_text(timer)}", "period_ms = 1                 # check"]
+    return "\n".join([*lines, ""])
+
+
+def _list(key: str, values: Sequence[str]) -> str:
+    if len(values) < 4:
+        return f"{key} = [{', '.join(map(_text, values))}]"
+    return f"{key} = [\n" + "".join(f"    {_text(value)},\n" for value in values) + "]"
+
+
+def _text(value: str) -> str:
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
