@@ -19,9 +19,7 @@ class UsageError(BenchError):
 
 
 class ControllerFailed(BenchError):
-    """The base under test raised an error, crashed, or gave what no wire can carry. Its `__cause__`, where there is one,
-    is the user's own error.
-    """
+    """The base under test raised an error, crashed, or gave what no wire can carry. Its cause is a Python one's error."""
 
     exit_status = EXIT_FAILED
 

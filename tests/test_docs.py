@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from compilers import MISSING
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "fixtures" / "README.md"]
@@ -83,8 +84,11 @@ def run_in_terminal(line, folder):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_every_command_of_the_page_works(page, outside):
+    left_out = []
     for line in commands(page):
-        if line == "make test":  # this very run
+        if MISSING and re.search(r"wheelbench dut|\b(mine|fixed)\b.*toml", line):
+            left_out.append(line)
+        elif line == "make test":  # this very run
             plan = subprocess.run(["make", "-n", "test"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
             assert "-m pytest" in plan
         elif line == "make demo" and not (ROOT / ".venv").exists():
@@ -96,6 +100,8 @@ def test_every_command_of_the_page_works(page, outside):
             run_in_terminal(line, outside)
         else:
             run(line, outside)
+    if left_out:
+        pytest.skip(f"not on this machine: {', '.join(MISSING)} (gcc, binutils); left out: {left_out[0]} ...")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())

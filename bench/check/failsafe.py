@@ -24,11 +24,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from bench.base import Base
-from bench.check.controllers import Build, ControllerFailed, controller_of
+from bench.check.controllers import Build, controller_of
 from bench.check.faults import Fault
 from bench.check.faulty import FaultyWorld, Injector
 from bench.check.signals import Signals
 from bench.config import Robot
+from bench.errors import ControllerFailed
 from bench.loop import Bench, simulated
 from bench.messages import BodyTwist, TickInput, TickOutput
 from bench.plant import Plant

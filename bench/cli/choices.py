@@ -10,7 +10,8 @@ def add_controller(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controller",
         metavar="C",
-        help="instead of the bench's own: yours (FILE.py:NAME, module:NAME, or a firmware's FILE.toml: docs/dut.md), a wrong one (docs/scenarios.md), "
+        help="instead of the bench's own: yours (FILE.py:NAME, module:NAME, or a firmware's FILE.toml: docs/dut.md), "
+        "a wrong one (docs/scenarios.md), "
         "or a printed form (docs/errata.md)",
     )
     parser.add_argument("--traceback", action="store_true", help="show errors in your own controller whole")

@@ -1,8 +1,8 @@
 """Compiles a firmware for this machine: the team's files as they are, the shim, and a page of C that names the wires.
 
 What has not changed is not compiled again: beside the program stands a list of every file that went in, with its
-digest. The folder is `.wheelbench` beside the project's file, or one of the system's for passing files where that cannot
-be written.
+digest. The folder is `.wheelbench` beside the project's file, or where that cannot be written one of the system's for
+passing files.
 """
 
 from __future__ import annotations

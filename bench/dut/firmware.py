@@ -6,7 +6,7 @@
     out    0     | 1 | a fault: see `trouble` |
     frame        | identifier u16 | length u8 | 0 | data, 8 |
 
-All little-endian. The firmware never sees the host's clock; how long it takes is only looked at when it has not answered
+All little-endian. The firmware never sees the host's clock; how long it takes is only looked at when no answer has come
 for `PATIENCE_MS`: it is ended where it computes without end, or waits for something that the bench cannot give.
 """
 

@@ -49,7 +49,7 @@ class Server:
             pid = -1
         if pid <= 0:
             raise SurroundingsError(
-                f"{self.program}: the firmware's process does not come up; run the file by hand to see what the system says"
+                f"{self.program}: the firmware's process does not come up; run the file by hand to see why"
             )
         return pid
 
