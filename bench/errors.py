@@ -19,7 +19,7 @@ class UsageError(BenchError):
 
 
 class ControllerFailed(BenchError):
-    """The base under test raised an error, crashed, or gave what no wire can carry. Its cause is a Python one's error."""
+    """The base under test raised an error, crashed, or gave what no wire can carry."""
 
     exit_status = EXIT_FAILED
 
