@@ -8,6 +8,7 @@
     simulators  the bench beside MuJoCo and ir-sim, in a throw-away environment (scripts/simulators.py)
     decoders    an RC frame through its decoder
     compare     two logs of a million frames compared, causes and all, against python-can's reader and a plain loop
+    dashboard   its share of a core, its drawing beside stock widgets, its start (benchmarks/dashboard.py)
     peers       the decoders beside other Python packages, in a throw-away environment (scripts/peers.py)
 
 Every round runs every piece once, in shuffled order, and what is compared takes turns in small slices; a figure is the
@@ -36,6 +37,8 @@ from statistics import median
 from typing import NamedTuple
 
 import pymunk
+from benchmarks import dashboard
+from benchmarks.table import Row, Sample, table, verdict
 
 from bench import rc_decode
 from bench.check.recording import BLOCK_TICKS, Recorder, RunInfo
@@ -65,18 +68,6 @@ DECODER_FRAMES = 1000
 PEER_FRAMES = 10_000
 COMPARE_FRAMES = 1_000_000
 HELP_RUNS = 5
-
-Sample = dict[str, float]
-"""What one round of a piece has measured."""
-
-
-class Row(NamedTuple):
-    """One line of the table. `verdict` is "ok", "MISSED", or empty for information."""
-
-    figure: str
-    value: str
-    bar: str = ""
-    verdict: str = ""
 
 
 class Piece(NamedTuple):
@@ -182,9 +173,9 @@ def report_help(samples: Sequence[Sample]) -> list[Row]:
             "`wheelbench --help`, wall, against `python -c pass`",
             f"{shown / bare:.1f} x ({shown * 1000:.0f} ms)",
             f"at most {HELP_FACTOR_AT_MOST:g} x + {HELP_EXTRA_S * 1000:g} ms",
-            _verdict(shown <= allowed),
+            verdict(shown <= allowed),
         ),
-        Row("  heavy packages that bench.__main__ imports", f"{heavy:.0f}", "none", _verdict(heavy == 0)),
+        Row("  heavy packages that bench.__main__ imports", f"{heavy:.0f}", "none", verdict(heavy == 0)),
     ]
 
 
@@ -317,8 +308,8 @@ def report_compare(samples: Sequence[Sample]) -> list[Row]:
         figure = f"comparing two logs, {what}: times as fast as python-can's reader"
         rows.append(_row_at_least(figure, ratios, COMPARE_FACTOR_AT_LEAST))
     peak_mb = max(s[f"{name} MB"] for s in samples for name in named)
-    verdict = _verdict(peak_mb <= COMPARE_PEAK_MB_AT_MOST)
-    rows.append(Row("  peak memory", f"{peak_mb:.0f} MB", f"at most {COMPARE_PEAK_MB_AT_MOST:g} MB", verdict))
+    fits = verdict(peak_mb <= COMPARE_PEAK_MB_AT_MOST)
+    rows.append(Row("  peak memory", f"{peak_mb:.0f} MB", f"at most {COMPARE_PEAK_MB_AT_MOST:g} MB", fits))
     times = ", ".join(f"{median(s[name] for s in samples):.2f}" for name in (*named, "python-can"))
     rows.append(Row("  CPU s: few, late, python-can (whole processes)", times))
     return rows
@@ -366,7 +357,7 @@ def report_peers(samples: Sequence[Sample]) -> list[Row]:
             f"times as fast as the fastest package, {result['protocol']} ({result['fastest_peer']})",
             f"{result['ratio']:.1f}",
             f"at least {peers.BAR:g}",
-            _verdict(result["holds"]),
+            verdict(result["holds"]),
         )
         for result in peers.verdicts(rows)
     ]
@@ -387,6 +378,7 @@ PIECES = {
     "help": Piece(measure_help, report_help),
     "robots": Piece(measure_robots, report_robots),
     "decoders": Piece(measure_decoders, report_decoders),
+    "dashboard": Piece(dashboard.measure, dashboard.report),
     "compare": Piece(measure_compare, report_compare),
     "peers": Piece(measure_peers, report_peers),
     "simulators": Piece(measure_simulators, report_simulators),
@@ -462,18 +454,7 @@ def _side_by_side(order: random.Random, slices: int, contestants: Mapping[str, C
 
 def _row_at_least(figure: str, values: Sequence[float], bar: float) -> Row:
     value = median(values)
-    return Row(figure, f"{value:.1f}", f"at least {bar:g}", _verdict(value >= bar))
-
-
-def _verdict(is_met: bool) -> str:
-    return "ok" if is_met else "MISSED"
-
-
-def table(rows: Sequence[Row]) -> str:
-    """The rows in columns."""
-    lines = [Row("figure", "measured", "bar"), *rows]
-    widths = [max(len(line[column]) for line in lines) for column in range(4)]
-    return "\n".join("   ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+    return Row(figure, f"{value:.1f}", f"at least {bar:g}", verdict(value >= bar))
 
 
 def run(pieces: Sequence[str], rounds: int, share: float = 1.0) -> list[Row]:

@@ -20,6 +20,7 @@ import benchmark
 import compare_logs
 import peers
 import simulators
+from benchmarks import dashboard
 from reference_loop import LibraryLoop
 
 SHARE = 0.002
@@ -65,7 +66,9 @@ def test_both_readers_find_the_same_differences(tmp_path):
             assert theirs > ours > 0
 
 
-@pytest.mark.parametrize("name", sorted(benchmark.PIECES.keys() - {"peers", "simulators"}))  # these need a network
+@pytest.mark.parametrize(
+    "name", sorted(benchmark.PIECES.keys() - {"peers", "simulators", "dashboard"})
+)  # these need a network, terminals
 def test_every_piece_measures_and_reports(name):
     piece = benchmark.PIECES[name]
     samples = [piece.measure(random.Random(0), SHARE)]
@@ -176,3 +179,34 @@ def test_the_bench_is_timed_beside_the_other_simulators():
         "2.00: the bench is 5.00 x as fast",
     ]
     assert benchmark.PIECES["simulators"].report([{}, {}])[0].value.startswith("skipped")
+
+
+def dashboard_samples(**changed):
+    sample = {"first cpu_s": 0.26, "first wall_s": 0.3, "empty cpu_s": 0.21, "empty wall_s": 0.25}
+    for view in dashboard.VIEWS:
+        for kind, frame_s in (("ours", 0.004), ("stock", 0.03)):
+            sample |= {f"{view.name} {kind} {key}_s": frame_s for key in ("frame", "drawing", "frame_p99")}
+    return [sample | changed]
+
+
+@pytest.mark.parametrize(
+    ("changed", "missed"),
+    [
+        ({}, 0),
+        ({"drive 120x40 ours frame_s": 0.0076}, 1),
+        ({"wires 120x40 stock drawing_s": 0.0132}, 1),
+        ({"scope 120x40 ours frame_p99_s": 0.026}, 1),
+        ({"first cpu_s": 0.28}, 1),
+        ({"drive 200x60 ours frame_s": 0.0076}, 0),
+    ],
+)
+def test_each_bar_of_the_dashboard_can_be_missed(changed, missed):
+    rows = dashboard.report(dashboard_samples(**changed))
+    assert [row.verdict for row in rows].count("MISSED") == missed
+
+
+@pytest.mark.parametrize("kind", ["ours", "stock", "first"])
+def test_apps_measure_themselves_in_a_terminal(kind):
+    facts = dashboard._Child(kind, dashboard.VIEWS[0], 3).facts()
+    assert facts
+    assert all(value > 0.0 for value in facts.values())

@@ -86,7 +86,7 @@ class Scope:
         self._next_tick: int | None = None
         self._looked_at = 0
         """The tick up to which the trigger was looked for."""
-        self._shown: tuple[int, int | None] | None = None
+        self._shown: tuple[int, int] | None = None
         """Start and trigger of the picture that stands."""
         self._pending: int | None = None
         """A trigger whose picture is not complete yet."""
@@ -120,10 +120,11 @@ class Scope:
     def picture(self, columns: int) -> ScopePicture:
         """What is to be drawn in so many columns of dots."""
         span, now = self.settings.span_ms, self._now
-        if self._shown is not None and self._shown[0] < self._first_tick:
+        if self._shown is not None and self._shown[1] < self._first_tick:
             self._shown = None  # older than what is kept
-        start, trigger = self._shown or (now - span, None)
-        state = TRIGGERED
+        start, trigger, state = now - span, None, TRIGGERED
+        if self._shown is not None:
+            start, trigger = self._shown
         if self._shown is None:
             state = FREE if self.settings.mode == AUTO else WAITING
             if self._pending is not None and state == WAITING:
@@ -171,12 +172,12 @@ class Scope:
                 return
 
     def _crossing(self, since: int, now: int) -> int | None:
-        """The first tick from `since` on in which the first signal has crossed the level."""
+        """The first tick from `since` on in which the first signal has passed the level; it may have lain on it."""
         samples = self._samples[self.settings.signals[0]]
         level, sign = self.settings.level, 1.0 if self.settings.edge == RISING else -1.0
         first = max(since - self._first_tick, 1)
         for place in range(first, now - self._first_tick):
-            if sign * (samples[place] - level) >= 0.0 and sign * (samples[place - 1] - level) < 0.0:
+            if sign * (samples[place] - level) > 0.0 and sign * (samples[place - 1] - level) <= 0.0:
                 return self._first_tick + place
         return None
 
@@ -184,12 +185,19 @@ class Scope:
         samples, span = self._samples[name], self.settings.span_ms
         offset, have = start - self._first_tick, len(self._samples[name])
         low, high = [], []
-        for column in range(columns):
-            first = offset + column * span // columns
-            end = max(first + 1, offset + (column + 1) * span // columns)
-            part = samples[max(0, first) : end] if end > 0 and first < have else ()
-            # One that is no number stands before all others; what follows it may be hidden by it.
-            known = part if not part or part[0] == part[0] else [value for value in part if value == value]
-            low.append(min(known) if known else math.nan)
-            high.append(max(known) if known else math.nan)
+        first = offset
+        for column in range(1, columns + 1):
+            end = offset + column * span // columns
+            last = end if end > first else first + 1
+            part = samples[first:last] if first >= 0 else samples[: max(last, 0)]
+            if not part or first >= have:
+                low.append(math.nan)
+                high.append(math.nan)
+            else:
+                low.append(min(part))
+                high.append(max(part))
+            first = end
+        if samples and samples[0] != samples[0]:
+            # A signal begins as no number until its first frame: that hides what stands beside it in the same column.
+            low = [one if one == one else other for one, other in zip(low, high, strict=True)]
         return Trace(name, tuple(low), tuple(high), samples[-1] if samples else math.nan)

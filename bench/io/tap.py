@@ -28,6 +28,8 @@ class Look(NamedTuple):
 
     wires: bool = False
     filter: str = ""
+    log: int = 0
+    """How many of the newest frames, in words; without any, the rows have no words either."""
     scope: ScopeSettings | None = None
     columns: int = 0
     """How many columns of dots the scope has room for."""
@@ -72,7 +74,7 @@ class Tap:
         if wanted.scope is not None and scope is not None:
             scope.change(wanted.scope)
         return Seen(
-            self._wiretap.table(wanted.filter) if wanted.wires else None,
+            self._wiretap.table(wanted.filter, wanted.log) if wanted.wires else None,
             scope.picture(wanted.columns) if wanted.scope is not None and scope is not None else None,
         )
 

@@ -144,12 +144,15 @@ class Wiretap:
             if (tick + 1) % MARK_TICKS == 0:
                 self._mark(tick + 1)
 
-    def table(self, filter: str = "") -> WireTable:
-        """The figures after the last tick. Only frames whose words hold `filter` go into the log; commas mean or."""
-        self._write_log(filter)
+    def table(self, filter: str = "", log: int = LOGGED) -> WireTable:
+        """The figures after the last tick, and so many of the newest frames whose words hold `filter`; commas mean or.
+
+        Without a log the rows are without words too: they cost more than all the counting.
+        """
+        self._write_log(filter, log)
         now = self._tick + 1
         seconds = max(1, now - self._marks[0]) / 1000.0
-        rows = [self._row(row, seconds) for row in self._rows.values()]
+        rows = [self._row(row, seconds, log > 0) for row in self._rows.values()]
         rows.sort(key=_place)
         about = {RC: f"{self._rc_name} {self._rc_line}".strip(), CAN: "1 Mbit/s", CORE: f"{CORE_BAUD} 8N1"}
         sums = tuple(
@@ -163,7 +166,7 @@ class Wiretap:
             )
             for wire in ORDER
         )
-        return WireTable(self._tick, sums, tuple(rows), tuple(self._log))
+        return WireTable(self._tick, sums, tuple(rows), tuple(self._log)[-log:] if log else ())
 
     # --- counting ------------------------------------------------------------------------------------------------
 
@@ -242,7 +245,7 @@ class Wiretap:
 
     # --- telling -------------------------------------------------------------------------------------------------
 
-    def _row(self, row: _Row, seconds: float) -> WireRow:
+    def _row(self, row: _Row, seconds: float, in_words: bool) -> WireRow:
         count, bits = row.marks[0]
         per_s = self._rc_baud if row.wire == RC else CAN_BITRATE if row.wire == CAN else CORE_BAUD
         return WireRow(
@@ -254,19 +257,19 @@ class Wiretap:
             (row.bits - bits) / seconds / per_s,
             row.tick,
             row.data,
-            self._said(row, row.data, row.words),
+            self._said(row, row.data, row.words) if in_words else "",
         )
 
     def _said(self, row: _Row, data: bytes, words: Words | None) -> str:
         return words() if words is not None else self._can_words.said(int(row.key, 16), data)
 
-    def _write_log(self, filter: str) -> None:
+    def _write_log(self, filter: str, most: int) -> None:
         wanted = [part for part in filter.lower().split(",") if part]
         if filter != self._filter:
             self._filter = filter
             self._log.clear()
         fresh: list[Logged] = []
-        while self._unlogged and len(fresh) < LOGGED:
+        while self._unlogged and len(fresh) < most:
             tick, row, data, words = self._unlogged.pop()
             said = self._said(row, data, words)
             if not wanted or any(part in f"{row.wire} {row.key} {row.name} {said}".lower() for part in wanted):

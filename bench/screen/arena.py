@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
-from bench.arena import Obstacle, Patch
+from bench.arena import ORIGIN, Arena, Obstacle, Patch
 from bench.config import Robot
 from bench.fittings import Bumper
 from bench.messages import Pose
@@ -42,16 +43,17 @@ def arena(scene: Scene, width: int, height: int) -> list[Line]:
     """The field in a frame. Whole, the frame is the wall; zoomed, the robot stays in the middle and walls are drawn."""
     columns, rows = width - 2, height - 2
     length_m, width_m = scene.arena.length_m, scene.arena.width_m
-    canvas = Canvas(columns, rows)
     if scene.zoom:
-        scale = canvas.width / ZOOM_WIDTH_M
-        centre = (scene.snapshot.pose.x_m, scene.snapshot.pose.y_m)
-        caption, grid_m = f" {ZOOM_WIDTH_M:g} m across, around the robot ", ZOOM_GRID_M
+        caption = f" {ZOOM_WIDTH_M:g} m across, around the robot "
+        canvas = Canvas(columns, rows)
+        view = _View(canvas, scene.snapshot.pose, canvas.width / ZOOM_WIDTH_M)
+        _ground(view, scene.arena, ZOOM_GRID_M)
+        _walls(view, length_m / 2, width_m / 2)
     else:
-        scale = min(canvas.width / length_m, canvas.height / width_m)
-        centre = (0.0, 0.0)
-        caption, grid_m = f" field {length_m:g} × {width_m:g} m ", GRID_M
-    _draw(_View(canvas, centre, scale), scene, grid_m)
+        caption = f" field {length_m:g} × {width_m:g} m "
+        canvas = _whole_field(scene.arena, columns, rows).copy()
+        view = _View(canvas, ORIGIN, _scale(canvas, scene.arena))
+    _draw(view, scene)
     return [
         _edge("┌", [(caption, PLAIN)], "┐", width),
         *([("│", LABEL), *line, ("│", LABEL)] for line in canvas.lines()),
@@ -76,30 +78,46 @@ def _legend(scene: Scene) -> Line:
 class _View:
     """Metres of the field -> dots of the canvas: x to the right, y up."""
 
-    def __init__(self, canvas: Canvas, centre_m: tuple[float, float], scale: float) -> None:
+    def __init__(self, canvas: Canvas, centre: Pose, scale: float) -> None:
         self.canvas = canvas
         self.scale = scale
-        self._u = canvas.width / 2 - centre_m[0] * scale
-        self._v = canvas.height / 2 + centre_m[1] * scale
+        self._u = canvas.width / 2 - centre.x_m * scale
+        self._v = canvas.height / 2 + centre.y_m * scale
 
     def at(self, x_m: float, y_m: float) -> tuple[float, float]:
         # A robot against the far wall stands on the last dot, not outside of the picture.
         return self._u + x_m * self.scale - 1e-6, self._v - y_m * self.scale - 1e-6
 
 
-def _draw(view: _View, scene: Scene, grid_m: float) -> None:
-    canvas, snapshot = view.canvas, scene.snapshot
-    half_length, half_width = scene.arena.length_m / 2, scene.arena.width_m / 2
-    # Not on the walls: there the frame is, or a line.
-    columns, rows = math.ceil(half_length / grid_m), math.ceil(half_width / grid_m)
+def _scale(canvas: Canvas, arena: Arena) -> float:
+    return min(canvas.width / arena.length_m, canvas.height / arena.width_m)
+
+
+@lru_cache(maxsize=4)
+def _whole_field(arena: Arena, columns: int, rows: int) -> Canvas:
+    """What never moves, drawn once for each size."""
+    canvas = Canvas(columns, rows)
+    _ground(_View(canvas, ORIGIN, _scale(canvas, arena)), arena, GRID_M)
+    return canvas
+
+
+def _ground(view: _View, arena: Arena, grid_m: float) -> None:
+    """Grid, patches, inner walls."""
+    # No grid on the outer walls: there the frame is, or a line.
+    columns, rows = math.ceil(arena.length_m / 2 / grid_m), math.ceil(arena.width_m / 2 / grid_m)
     for i in range(1 - columns, columns):
         for k in range(1 - rows, rows):
-            canvas.dot(*view.at(i * grid_m, k * grid_m), GRID)
-    if scene.zoom:
-        _walls(view, half_length, half_width)
-    for patch in scene.arena.patches:
+            view.canvas.dot(*view.at(i * grid_m, k * grid_m), GRID)
+    for patch in arena.patches:
         _patch(view, patch)
-    for obstacle in (*(wall.obstacle for wall in scene.arena.walls), *scene.discs):
+    for wall in arena.walls:
+        _obstacle(view, wall.obstacle)
+
+
+def _draw(view: _View, scene: Scene) -> None:
+    """What moves, the robot on top."""
+    canvas, snapshot = view.canvas, scene.snapshot
+    for obstacle in scene.discs:
         _obstacle(view, obstacle)
     for x_m, y_m in scene.trail:
         canvas.dot(*view.at(x_m, y_m), TRAIL)

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
+
 from bench.screen.text import PLAIN, Line
 
 _BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # Unicode braille patterns, by row and column
-_BRAILLE = 0x2800
+_SIGNS = (" ", *(chr(0x2800 + bits) for bits in range(1, 256)))
+_SPANS = tuple(
+    tuple(
+        tuple(reduce(or_, (_BITS[y][side] for y in range(first, last + 1)), 0) for last in range(4))
+        for first in range(4)
+    )
+    for side in range(2)
+)
+"""The dots from the first to the last of four, for the left and the right column of a cell."""
 
 
 class Canvas:
@@ -33,14 +44,34 @@ class Canvas:
         if not 0 <= x < self.width:
             return
         first, last = max(first, 0), min(last, self.height - 1)
-        side = x & 1
-        for row in range(first >> 2, (last >> 2) + 1):
-            bits = 0
-            for y in range(max(first - 4 * row, 0), min(last - 4 * row, 3) + 1):
-                bits |= _BITS[y][side]
-            cell = row * self.columns + (x >> 1)
-            self._bits[cell] |= bits
+        masks, columns, cell = _SPANS[x & 1], self.columns, (first >> 2) * self.columns + (x >> 1)
+        top = first & ~3
+        while top <= last:
+            self._bits[cell] |= masks[max(first - top, 0)][min(last - top, 3)]
             self._roles[cell] = role
+            cell += columns
+            top += 4
+
+    def stipple(self, role: str, *, x: int | None = None, y: int | None = None) -> None:
+        """A dotted line down column x, or along row y: a dot a cell."""
+        if x is not None and 0 <= x < self.width:
+            cells, bit = range(x >> 1, self.columns * self.rows, self.columns), _BITS[0][x & 1]
+        elif y is not None and 0 <= y < self.height:
+            start = (y >> 2) * self.columns
+            cells, bit = range(start, start + self.columns), _BITS[y & 3][0]
+        else:
+            return
+        for cell in cells:
+            self._bits[cell] |= bit
+            self._roles[cell] = role
+
+    def copy(self) -> Canvas:
+        """One of its own with the same dots."""
+        other = Canvas(self.columns, self.rows)
+        other._bits[:] = self._bits
+        other._roles[:] = self._roles
+        other._signs |= self._signs
+        return other
 
     def line(self, u0: float, v0: float, u1: float, v1: float, role: str) -> None:
         """A straight line of dots."""
@@ -55,17 +86,30 @@ class Canvas:
             self._signs[y * self.columns + x] = (sign, role)
 
     def lines(self) -> list[Line]:
-        """The picture, one line a row; an empty cell is a blank."""
+        """The picture, one line a row; an empty cell is a blank, which takes any role."""
+        signs: dict[int, dict[int, tuple[str, str]]] = {}
+        for cell, sign in self._signs.items():
+            signs.setdefault(cell // self.columns, {})[cell % self.columns] = sign
         out = []
-        for start in range(0, self.columns * self.rows, self.columns):
-            line: Line = []
-            text, role = "", PLAIN
-            for cell in range(start, start + self.columns):
-                bits = self._bits[cell]
-                sign, own = self._signs.get(cell) or (chr(_BRAILLE + bits) if bits else " ", self._roles[cell])
-                if own != role and text:
-                    line.append((text, role))
-                    text = ""
-                text, role = text + sign, own
-            out.append([*line, (text, role)])
+        for row in range(self.rows):
+            start, end = row * self.columns, (row + 1) * self.columns
+            out.append(_line(self._bits[start:end], self._roles[start:end], signs.get(row)))
         return out
+
+
+def _line(bits: list[int], roles: list[str], signs: dict[int, tuple[str, str]] | None) -> Line:
+    """As few spans as can be: each one costs the terminal, and the screen more than its cells do."""
+    text = list(map(_SIGNS.__getitem__, bits))
+    for place, (sign, role) in signs.items() if signs else ():
+        text[place], roles[place], bits[place] = sign, role, 1
+    if not any(bits):
+        return [("".join(text), PLAIN)]
+    line: Line = []
+    start, role = 0, ""
+    for place, own in enumerate(roles):
+        if bits[place] and own != role:
+            if role:
+                line.append(("".join(text[start:place]), role))
+                start = place
+            role = own
+    return [*line, ("".join(text[start:]), role)]

@@ -13,7 +13,7 @@ from textual.widget import Widget
 
 from bench.screen import text
 from bench.screen.layout import Place
-from bench.screen.text import Line
+from bench.screen.text import Line, width_of
 
 BACKGROUND, FOREGROUND = "#10141a", "#c8d0d8"
 _COLOURS = {
@@ -78,10 +78,18 @@ class Panel(Widget):
             self._lines = lines
             self.refresh(*changed)
 
+    def render_lines(self, crop: Region) -> list[Strip]:
+        """These rows, without what Textual does for borders, padding and styles: there are none."""
+        strips = [self.render_line(y) for y in range(crop.y, crop.bottom)]
+        if crop.x == 0 and crop.width == self.size.width:
+            return strips
+        return [strip.crop(crop.x, crop.right) for strip in strips]
+
     def render_line(self, y: int) -> Strip:
         """One row, as Textual asks for it."""
         return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width, STYLES[text.PLAIN])
 
 
 def _strip(line: Line) -> Strip:
-    return Strip([Segment(words, STYLES[role]) for words, role in line if words])
+    """Every character is one cell wide, so that nothing has to be measured."""
+    return Strip([Segment(words, STYLES[role]) for words, role in line if words], width_of(line))

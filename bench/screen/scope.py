@@ -27,6 +27,8 @@ from bench.screen.text import (
 GUTTER = 9
 """Columns at the left for the scale."""
 DIVISIONS = 10
+LEAST_SPAN = 1e-3
+"""Of a lane, in whatever unit: the last digits of a robot at rest are no signal."""
 UNITS = {
     "radps": "rad/s", "mps": "m/s", "rad": "rad", "m": "m", "a": "A", "ms": "ms", "s": "s",
 }  # fmt: skip
@@ -56,7 +58,9 @@ def bounds(low: float, high: float) -> tuple[float, float]:
     """Round numbers around what is there: the picture does not breathe with every sample."""
     if not low <= high:
         return -1.0, 1.0
-    span = max(high - low, 1e-9, 1e-6 * max(abs(low), abs(high)))
+    if high == low:
+        return low - 1.0, high + 1.0
+    span = max(high - low, LEAST_SPAN, 1e-6 * max(abs(low), abs(high)))
     step = _nice(span / 4.0)
     least, most = math.floor(low / step) * step, math.ceil(high / step) * step
     return (least, most) if most > least else (least - step, most + step)
@@ -125,21 +129,15 @@ def _grid(canvas: Canvas, picture: ScopePicture, scale: tuple[float, float], per
     least, most = scale
     for division in range(1, DIVISIONS):
         x = division * canvas.width // DIVISIONS
-        for y in range(0, canvas.height, 4):
-            canvas.dot(x, y, GRID)
+        canvas.stipple(GRID, x=x)
     if least < 0.0 < most:
-        zero = canvas.height - 1 - round(-least / per_dot)
-        for x in range(0, canvas.width, 4):
-            canvas.dot(x, zero, GRID)
+        canvas.stipple(GRID, y=canvas.height - 1 - round(-least / per_dot))
     settings = picture.settings
     if place == 0 and picture.state != FREE and least <= settings.level <= most:
-        level = canvas.height - 1 - round((settings.level - least) / per_dot)
-        for x in range(0, canvas.width, 2):
-            canvas.dot(x, level, WARN)
+        canvas.stipple(WARN, y=canvas.height - 1 - round((settings.level - least) / per_dot))
     if picture.trigger_tick is not None:
         at = (picture.trigger_tick - picture.start_tick) * canvas.width // settings.span_ms
-        for y in range(0, canvas.height, 2):
-            canvas.dot(at, y, WARN)
+        canvas.stipple(WARN, x=at)
 
 
 def _draw(canvas: Canvas, trace: Trace, least: float, per_dot: float, role: str) -> None:

@@ -58,7 +58,8 @@ class Sight:
         """What has to be sampled for the page."""
         wanted = panes(self._page, *self.size)
         scope = self._scope if "scope" in wanted else None
-        return Look(wanted != {"scope"}, self._filter, scope, 2 * self.size[0])
+        log = self.size[1] if "wiretable" in wanted else 0
+        return Look(wanted != {"scope"}, self._filter, log, scope, 2 * self.size[0])
 
     def see(self, seen: Seen) -> Seen:
         """What to show of what was sampled: the same as before where it is held."""

@@ -1,0 +1,135 @@
+"""What the dashboard costs, beside the same content in Textual's ready widgets, and its start beside an empty app.
+
+Each app runs in a terminal of its own, the robot driven about all the time; the two of a pair run at the same time. A
+share of a core is the CPU of a frame, 20 times a second: bench, sampling, drawing, Textual. What is compared with the
+stock widgets is all of that but the bench's ticks, which are the same in both.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple
+
+from benchmarks.table import Row, Sample, verdict
+from benchmarks.terminal import InTerminal
+
+FRAMES, FRAMES_PER_S = 120, 20
+STARTS = 3
+CPU_SHARE_AT_MOST, STOCK_RATIO_AT_MOST, FIRST_FRAME_AT_MOST = 0.15, 0.30, 1.3
+FRAME_BUDGET_S = 0.025
+"""Half a frame: so long a tick may wait for a picture to be drawn."""
+_CHILD = Path(__file__).with_name("dashboard_child.py")
+
+
+class View(NamedTuple):
+    """A page at a size."""
+
+    page: str
+    columns: int
+    rows: int
+    has_stock: bool = True
+    """Whether stock widgets can show the same: a sparkline is no scope."""
+
+    @property
+    def name(self) -> str:
+        """For people, and for the samples."""
+        return f"{self.page} {self.columns}x{self.rows}"
+
+
+VIEWS = (View("drive", 120, 40), View("wires", 120, 40), View("scope", 120, 40, False), View("drive", 200, 60))
+"""The last has every pane there is: arena, status, scope, wheels, all wires."""
+
+
+def measure(order: random.Random, share: float = 1.0) -> Sample:
+    """CPU of frames and of starts, in seconds."""
+    sample: Sample = {}
+    frames = max(5, round(FRAMES * share))
+    for view in order.sample(VIEWS, len(VIEWS)):
+        kinds = ["ours", "stock"] if view.has_stock else ["ours"]
+        both = {kind: _Child(kind, view, frames) for kind in order.sample(kinds, len(kinds))}
+        for kind, child in both.items():
+            sample |= {f"{view.name} {kind} {name}": value for name, value in child.facts().items()}
+    for name in order.sample(["first", "empty"], 2):
+        starts = [_Child(name, VIEWS[0], 0).facts() for _ in range(max(1, round(STARTS * share)))]
+        sample |= {f"{name} {key}": median(one[key] for one in starts) for key in starts[0]}
+    return sample
+
+
+def report(samples: Sequence[Sample]) -> list[Row]:
+    """Each view against its bars."""
+    rows = [row for view in VIEWS for row in _rows(view, samples)]
+    cpu, wall = (median(s[f"first {key}"] / s[f"empty {key}"] for s in samples) for key in ("cpu_s", "wall_s"))
+    seconds = median(s["first cpu_s"] for s in samples)
+    rows.append(
+        Row(
+            "`wheelbench drive`, CPU to the first frame, times an empty Textual app",
+            f"{cpu:.2f} ({1000 * seconds:.0f} ms; wall {wall:.2f})",
+            f"at most {FIRST_FRAME_AT_MOST:g}",
+            verdict(cpu <= FIRST_FRAME_AT_MOST),
+        )
+    )
+    return rows
+
+
+def _rows(view: View, samples: Sequence[Sample]) -> list[Row]:
+    def all_of(key: str) -> list[float]:
+        return [sample[f"{view.name} {key}"] for sample in samples]
+
+    ours, longest = FRAMES_PER_S * median(all_of("ours frame_s")), median(all_of("ours frame_p99_s"))
+    drawing = FRAMES_PER_S * median(all_of("ours drawing_s"))
+    at_most = f"at most {100 * CPU_SHARE_AT_MOST:g} %" if view.columns <= 120 else ""
+    rows = [
+        Row(
+            f"dashboard, {view.name}: share of a core at {FRAMES_PER_S} frames/s",
+            f"{100 * ours:.1f} % (drawing {100 * drawing:.1f} %)",
+            at_most,
+            verdict(ours <= CPU_SHARE_AT_MOST) if at_most else "",
+        ),
+        Row(
+            "  CPU of a frame, ticks and all, 99 of 100",
+            f"{1000 * longest:.1f} ms",
+            f"at most {1000 * FRAME_BUDGET_S:g} ms",
+            verdict(longest <= FRAME_BUDGET_S),
+        ),
+    ]
+    if view.has_stock:
+        pairs = zip(all_of("ours drawing_s"), all_of("stock drawing_s"), strict=True)
+        ratio = median(one / other for one, other in pairs)
+        rows.append(
+            Row(
+                "  drawing, times the same content in stock widgets",
+                f"{ratio:.2f}",
+                f"at most {STOCK_RATIO_AT_MOST:g}",
+                verdict(ratio <= STOCK_RATIO_AT_MOST),
+            )
+        )
+    return rows
+
+
+class _Child:
+    """A measured app that runs."""
+
+    def __init__(self, kind: str, view: View, frames: int) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="wheelbench-")
+        self._result = Path(self._folder.name) / "facts.json"
+        what = [kind, view.page, str(view.columns), str(view.rows), str(frames), str(self._result)]
+        command = [sys.executable, str(_CHILD), *what, str(time.monotonic())]
+        self._app = InTerminal(command, view.columns, view.rows)
+
+    def facts(self) -> Sample:
+        """What it measured, at its end."""
+        try:
+            self._app.wait(120.0)
+            if not self._result.exists():
+                raise RuntimeError(f"{_CHILD.name} measured nothing: {bytes(self._app.said[-2000:])!r}")
+            facts: Sample = json.loads(self._result.read_text())
+            return facts
+        finally:
+            self._folder.cleanup()

@@ -1,0 +1,211 @@
+"""One app in a terminal of its own, for benchmarks/dashboard.py: measures itself and writes JSON into a file.
+
+    python dashboard_child.py KIND PAGE COLUMNS ROWS FRAMES RESULT SPAWNED_S
+
+    ours    the dashboard
+    stock   the same lines in Textual's ready widgets: Static, DataTable (only cells that changed), Sparkline
+    empty   an app that shows nothing
+
+`ours` and `stock` look at the same bench, which is driven about all the time and ticks in both: every frame grants it
+the ticks of its 50 ms, however late the frame comes, so that a busy machine measures the same work.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+WARM_FRAMES = 20
+FRAMES_PER_S = 20
+FRAME_TICKS = 1000 // FRAMES_PER_S
+TABLES = ("wheels", "wires", "wiretable")
+
+
+def first_frame_of(app: Any, result: Path, spawned_s: float) -> None:
+    """Run an app until its first frame has been painted; write how long that took since the process was started."""
+
+    def painted() -> None:
+        facts = {"wall_s": time.monotonic() - spawned_s, "cpu_s": time.process_time()}
+        result.write_text(json.dumps(facts))
+        app.exit()
+
+    type(app).on_ready = lambda self: self.call_after_refresh(painted)
+    app.run(mouse=False)
+
+
+def session_driven_about(page: str) -> Any:
+    """A session at the dashboard whose robot drives all the time."""
+    from bench.check.recording import RunInfo
+    from bench.check.run import Run
+    from bench.io.clock import FreePacer
+    from bench.io.link import InlineLink
+    from bench.loop import simulated
+    from bench.messages import TickInput
+    from bench.rc.transmitter import Sticks, Transmitter
+    from bench.screen.keyboard import Keyboard
+    from bench.screen.session import Session
+
+    bench = simulated("m2006")
+    transmitter = Transmitter(bench.robot.rc)
+
+    def inputs(tick: int) -> TickInput:
+        forward, left = 0.6 * math.cos(tick / 300.0), 0.6 * math.sin(tick / 300.0)
+        sticks = Sticks(forward, left, 0.4) if tick >= 300 else Sticks(aux1=100 <= tick < 200)
+        return TickInput(transmitter.step(tick, sticks))
+
+    keyboard = Keyboard(bench.robot.rc)
+    Run("m2006", bench, 0, inputs, RunInfo("m2006", "uart12"))
+    session = Session(InlineLink(bench, inputs, FreePacer(FRAME_TICKS)), keyboard=keyboard)
+    session.key(str(1 + ("drive", "wires", "scope", "checks").index(page)))
+    return session
+
+
+class Meter:
+    """CPU of each frame, after some that warm up; ends the app."""
+
+    def __init__(self, app: Any, frames: int, result: Path) -> None:
+        self._app, self._result = app, result
+        self._left = frames + WARM_FRAMES
+        self._wanted = frames
+        self._seconds: list[float] = []
+        self._ticks_s: list[float] = []
+        self._last = 0.0
+
+    def frame(self, run_ticks: Callable[[], None]) -> None:
+        """A frame begins, with its ticks."""
+        now = time.process_time()
+        if self._last:
+            self._seconds.append(now - self._last)
+        self._last = now
+        run_ticks()
+        self._ticks_s.append(time.process_time() - now)
+        self._left -= 1
+        if self._left == 0:
+            frames = sorted(self._seconds[-self._wanted :])
+            mean_s = math.fsum(frames) / len(frames)
+            ticks_s = math.fsum(self._ticks_s[-self._wanted :]) / self._wanted
+            longest_s = frames[int(0.99 * (len(frames) - 1))]
+            facts = {"frame_s": mean_s, "drawing_s": mean_s - ticks_s, "frame_p99_s": longest_s}
+            self._result.write_text(json.dumps(facts))
+            self._app.exit()
+
+
+def ours(page: str, frames: int, result: Path) -> None:
+    """The dashboard, measured."""
+    from bench.tui import Dashboard
+
+    session = session_driven_about(page)
+    app = Dashboard(session)
+    meter = Meter(app, frames, result)
+    frame = session.frame
+    session.frame = lambda: meter.frame(frame)
+    app.run(mouse=False)
+
+
+def stock(page: str, frames: int, result: Path, size: tuple[int, int]) -> None:
+    """The same content in Textual's own widgets, measured."""
+    from textual.app import App, ComposeResult
+    from textual.widgets import DataTable, Sparkline, Static
+
+    from bench.screen.text import plain
+    from bench.screen.view import draw, places
+
+    session = session_driven_about(page)
+    session.sight.size = size
+    where = places(session.scene(), *size)
+
+    class Stock(App[None]):
+        """Each panel in the widget that a plain app would take for it, at the same place."""
+
+        CSS = "Static, DataTable, Sparkline { position: absolute; }"
+
+        def compose(self) -> ComposeResult:
+            for name, place in where.items():
+                if name == "scope":
+                    half = place.height // 2
+                    for number in range(2):
+                        line = Sparkline([0.0], id=f"scope{number}")
+                        line.styles.offset = (place.x, place.y + number * half)
+                        line.styles.width, line.styles.height = place.width, half
+                        yield line
+                    continue
+                widget: Any = DataTable(id=name, show_header=False) if name in TABLES else Static(id=name)
+                widget.styles.offset = (place.x, place.y)
+                widget.styles.width, widget.styles.height = place.width, place.height
+                yield widget
+
+        def on_mount(self) -> None:
+            self.meter = Meter(self, frames, result)
+            self.cells: dict[str, list[list[str]]] = {}
+            self.set_interval(1 / FRAMES_PER_S, self.frame)
+
+        def frame(self) -> None:
+            self.meter.frame(session.frame)
+            scene = session.scene()
+            for name, place in where.items():
+                if name == "scope":
+                    for number, trace in enumerate(scene.seen.scope.traces):
+                        data = [value for value in trace.high if value == value]
+                        self.query_one(f"#scope{number}", Sparkline).data = data
+                    continue
+                lines = draw(name, scene, place.width, place.height)
+                if name in TABLES:
+                    self.fill(name, [[words for words, _ in line] for line in lines])
+                else:
+                    self.query_one(f"#{name}", Static).update("\n".join(map(plain, lines)))
+
+        def fill(self, name: str, rows: list[list[str]]) -> None:
+            table = self.query_one(f"#{name}", DataTable)
+            old = self.cells.get(name)
+            width = max(map(len, rows))
+            rows = [row + [""] * (width - len(row)) for row in rows]
+            if old is None or len(old) != len(rows) or len(old[0]) < width:
+                table.clear(columns=True)
+                table.add_columns(*[str(column) for column in range(width)])
+                for row in rows:
+                    table.add_row(*row)
+            else:
+                rows = [row + [""] * (len(old[0]) - len(row)) for row in rows]
+                for y, (before, after) in enumerate(zip(old, rows, strict=True)):
+                    for x, (one, other) in enumerate(zip(before, after, strict=True)):
+                        if one != other:
+                            table.update_cell_at((y, x), other)
+            self.cells[name] = rows
+
+    Stock().run(mouse=False)
+
+
+def main() -> None:
+    """Run what the arguments say."""
+    kind, page, columns, rows, frames, result, spawned_s = sys.argv[1:]
+    if kind == "empty":
+        from textual.app import App
+
+        class Empty(App[None]):
+            """Nothing."""
+
+        first_frame_of(Empty(), Path(result), float(spawned_s))
+    elif kind == "first":
+        import bench.tui
+
+        def opened(session: Any) -> int:
+            first_frame_of(bench.tui.Dashboard(session), Path(result), float(spawned_s))
+            return 0
+
+        bench.tui._open = opened
+        from bench.__main__ import main as wheelbench
+
+        wheelbench(["drive"])
+    elif kind == "ours":
+        ours(page, int(frames), Path(result))
+    else:
+        stock(page, int(frames), Path(result), (int(columns), int(rows)))
+
+
+if __name__ == "__main__":
+    main()
