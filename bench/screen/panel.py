@@ -26,7 +26,7 @@ _COLOURS = {
     text.WARN: Style(color="#e5b84b"),
     text.GOOD_BADGE: Style(color="#000000", bgcolor="#5fbf77", bold=True),
     text.WARN_BADGE: Style(color="#000000", bgcolor="#e5b84b", bold=True),
-    text.BAD_BADGE: Style(color="#ffffff", bgcolor="#a8001c", bold=True),
+    text.BAD_BADGE: Style(color="#ffffff", bgcolor="#d8123a", bold=True),
     text.ROBOT: Style(color="#ffffff", bold=True),
     text.GHOST: Style(color="#d787d7", bold=True),
     text.TRAIL: Style(color="#4f9fcf"),
