@@ -22,6 +22,7 @@ from bench.check.recording import Recorder
 from bench.check.run import Run
 from bench.errors import EXIT_FAILED, EXIT_OK
 from bench.io.clock import Pacer, WallPacer, now_ns
+from bench.io.process_link import ProcessLink
 from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard
 from bench.screen.layout import Place
@@ -248,6 +249,11 @@ def drive(
     return _open(stage, recorder, settings, tell)
 
 
+def drive_ports(link: ProcessLink, job: Run, keyboard: Keyboard, recording: str = "", tell: Tell = _tell_nobody) -> int:
+    """The same, where a part is real and the loop has a process of its own, which records too."""
+    return _open(Stage(link, job, keyboard), None, None, tell, recording)
+
+
 def show(
     run: Run,
     recorder: Recorder | None = None,
@@ -266,7 +272,9 @@ def show(
     return EXIT_FAILED if stage.lamp is not None and stage.lamp.first is not None else status
 
 
-def _open(stage: Stage, recorder: Recorder | None, settings: SettingsFile | None, tell: Tell) -> int:
+def _open(
+    stage: Stage, recorder: Recorder | None, settings: SettingsFile | None, tell: Tell, recording: str = ""
+) -> int:
     tape = Tape(recorder) if recorder is not None else None
     keyboard = stage.keyboard
     if settings is not None and keyboard is not None:
@@ -279,6 +287,7 @@ def _open(stage: Stage, recorder: Recorder | None, settings: SettingsFile | None
         job=stage.job,
         lamp=stage.lamp,
         summary=stage.summary,
+        recording=recording,
         tape=tape,
         settings=settings,
     )

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -26,6 +27,9 @@ from bench.loop import simulated
 from bench.m2006 import decode_command
 from bench.messages import BodyTwist, TickInput
 from bench.rc.transmitter import Sticks, Transmitter
+from bench.screen.keyboard import Keyboard
+from bench.screen.session import Session
+from bench.screen.view import draw, places
 from bench.world import World
 
 ROOT = Path(__file__).parents[1]
@@ -434,6 +438,50 @@ def test_an_operator_drives_through_the_process_and_silence_stops_the_robot():
         assert link.latest().twist.vx_mps == pytest.approx(0.0, abs=1e-3)
         until(lambda: link.advance() >= 0 and link.latest().link == "live")
         assert not link.latest().armed, "lost means lost until somebody arms"
+    finally:
+        link.close()
+
+
+def test_a_screen_drives_real_motors_and_leaves_them_at_rest(tmp_path, adapter):
+    """The dashboard's session, its keyboard and its drawing, on the link of a process with a port."""
+    job = from_source(scenario(tmp_path))
+    keyboard = Keyboard(M2006.rc)
+
+    def prepare():
+        bench, rig = take_role(job.bench, "motors", can=f"can:slcan:{adapter.link}", armed=True)
+        return Prepared(bench, rig)
+
+    link = ProcessLink(job.bench, keyboard.inputs, prepare, operator=True)
+    session = Session(link, keyboard=keyboard)
+
+    def frame():
+        session.frame()
+        scene = session.scene()
+        for name in places(scene, 120, 40):
+            draw(name, scene, 60, 20)
+        adapter.step()
+
+    def presses(key):
+        def step():
+            session.key(key)
+            for _ in range(10):
+                frame()
+
+        return step
+
+    try:
+        until(lambda: link.has_begun and link.latest().link == "live", frame)
+        until(lambda: link.latest().armed, presses("enter"))
+        until(lambda: moving(adapter.commands), presses("w"))
+        assert not session.failure
+        leaving = threading.Thread(target=session.leave)  # it waits for the base to disarm: the motors go on meanwhile
+        leaving.start()
+        until(lambda: not leaving.is_alive(), adapter.step)
+        for _ in range(20):
+            adapter.step()
+        assert adapter.commands[-1] == (0x200, bytes(8))
+        assert link.ended
+        assert not session.failure
     finally:
         link.close()
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bench.cli.choices import add_choices
+from bench.cli.on_ports import add_role
 
 if TYPE_CHECKING:
     from bench.config import Robot
@@ -25,11 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
     parser.add_argument("--replay", metavar="DIR", type=Path, help="show a recording instead; it runs again, checked")
     parser.add_argument(
-        "--can",
-        choices=("sim", "recorded"),
-        default="sim",
-        help="with --replay: CAN feedback from the plant (default), or the recording's own",
+        "--can", metavar="FROM", default="sim", help="with --role: the bus; with --replay: recorded, its own feedback"
     )
+    parser.add_argument("--rc", metavar="PORT", default="sim:", help="with --role base: where its receiver is")
+    parser.add_argument("--slamware", metavar="PORT", default="sim:", help="with --role: where core or base is")
+    add_role(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -38,7 +39,13 @@ def run(args: argparse.Namespace) -> int:
     from bench.cli.terminal import has_terminal
     from bench.errors import SurroundingsError, UsageError
 
-    if args.replay is None and args.can != "sim":
+    if args.can == "sim":
+        args.can = "sim:"
+    if args.role != "sim" and args.replay is not None:
+        raise UsageError("--replay: a recording is watched, not driven; leave --role out")
+    if args.role == "sim" and args.can not in ("sim:", "recorded"):
+        raise UsageError(f"--can {args.can}: goes with --role base or --role motors")
+    if args.replay is None and args.can == "recorded":
         raise UsageError("--can recorded: goes with --replay DIR; while driving, feedback comes from the plant")
     if args.replay is not None and (args.robot is not None or args.profile is not None):
         raise UsageError("--replay: a recording brings its own robot and profile; leave --robot and --profile out")
@@ -79,6 +86,13 @@ def run(args: argparse.Namespace) -> int:
     info = info_of(robot, chosen.name)
     title = ", ".join(filter(None, (robot.name, info.controller, info.odometry)))
     job = Run(title=title, bench=bench_in(robot, arena, build=chosen.build), ticks=0, inputs=keyboard.inputs, info=info)
+    if args.role != "sim":
+        from bench.cli.on_ports import driven_link
+
+        link = driven_link(args, job)  # before the screen: its process shall have nothing of that
+        from bench.tui import drive_ports
+
+        return drive_ports(link, job, keyboard, str(args.record or ""), tell=print)
     recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
     from bench.tui import drive
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bench.check.run import Run
-    from bench.io.process_link import Prepared
+    from bench.io.process_link import Prepared, ProcessLink
 
 ROLE_HELP = "which part is real: sim (none), base (a firmware), core (a SLAMWARE core), motors"
 ARM_HELP = "real motors may move"
@@ -77,6 +77,33 @@ def run_on_ports(args: argparse.Namespace, job: Run) -> int:
     if stopped:
         raise KeyboardInterrupt
     return EXIT_OK if all(one.ok for one in verdicts) and not untouched else EXIT_FAILED
+
+
+def driven_link(args: argparse.Namespace, job: Run) -> ProcessLink:
+    """For a dashboard: the loop of a job whose inputs a person makes. Says where the ports are, and waits for them."""
+    from bench.cli.headless import asked_to_stop
+    from bench.io.process_link import ProcessLink
+
+    link = ProcessLink(job.bench, job.inputs, lambda: prepared(args, job), operator=True)
+    for port in link.ports:
+        print(f"{port.name}{f'; the other end opens {port.where}' if port.where else ''}", flush=True)
+    with asked_to_stop() as asked:
+        while not link.has_begun:
+            link.poll()
+            for notice in link.take_notices():
+                print(notice, flush=True)
+            if asked:
+                link.close()
+                raise KeyboardInterrupt
+            wait_a_moment()
+    return link
+
+
+def wait_a_moment() -> None:
+    """A screen's frame."""
+    from bench.io.clock import wait_ns
+
+    wait_ns(50_000_000)
 
 
 def prepared(args: argparse.Namespace, job: Run) -> Prepared:

@@ -1,7 +1,7 @@
 """How a screen follows a bench. InlineLink runs the ticks that are due inside the caller's own timer.
 
 What a screen needs of a link: `advance` from its timer, `latest` and `wires` to draw, `pause`, `run`, `close`. A bench
-on real ports will live in a process of its own behind the same names; the screen shall not see the difference.
+on real ports lives in a process of its own behind the same names (`process_link`); the screen sees no difference.
 
 A link that has a history can look back: `see` shows another instant of the run, `fork` goes on from it.
 """
@@ -203,6 +203,13 @@ class InlineLink:
         join(self.bench, event)
         if self.history is not None:
             self.history.joined(self.bench.now_tick, event)
+
+    missing: tuple[str, ...] = ()
+    """Ports that are lost: there are none here."""
+
+    def take_notices(self) -> list[str]:
+        """What the loop has to say to the person: nothing, in one's own process."""
+        return []
 
     def take_touches(self) -> list[Touch]:
         """What faults have touched since the last call."""

@@ -3,7 +3,7 @@
     parent                                        child
     inputs of the operator, a little ahead  --->  one for each tick; none there: silence
     a beat, at every `advance`              --->  none for a quarter of a second: silence
-    snapshot, wires, lateness, notices      <---  twenty times a second; dropped while the parent does not read
+    ticks, snapshot, lateness, notices      <---  twenty times a second; dropped while the parent does not read
     error or result                         <---  at the end
 
 The child owns ports, loop and recording. It stops and closes everything when the parent is gone; it is in a process
@@ -25,20 +25,25 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
+from bench.check.faulty import Touch
 from bench.errors import BenchError, SurroundingsError
-from bench.io.clock import REAL_TIME, TICK_NS, Lateness, Metronome, be_punctual, now_ns, wait_ns
-from bench.io.follower import TRAIL_POINTS, Wires
+from bench.io.clock import REAL_TIME, TICK_NS, Lateness, Metronome, WallPacer, be_punctual, now_ns, wait_ns
+from bench.io.follower import Follower, Wires
+from bench.io.history import History
 from bench.io.link import BenchStopped, InlineLink, LostInstant, Taker
 from bench.io.realtime import run_in_real_time
 from bench.io.roles import Rig
+from bench.io.tap import Look, Seen, Tap
 from bench.loop import Bench
-from bench.messages import Snapshot, TickInput
+from bench.messages import Snapshot, TickInput, TickOutput
 
 OPERATOR_SILENCE_NS = 250_000_000
-LEAD_TICKS = 80
-"""How far ahead an operator's inputs are made: a frame of a 20 Hz screen, and a hiccup."""
+LEAD_TICKS, MOST_LEAD_TICKS = 80, 250
+"""How far ahead an operator's inputs are made: a frame of 20 Hz and a hiccup; more where frames take longer."""
 STATE_NS = 50_000_000
 LOOK_TICKS = 5
+MOST_OUTS = 250
+"""Ticks that are kept for the parent: a quarter of a second, after that it misses some."""
 MOST_BYTES = 1 << 18
 END_S = 5.0
 
@@ -59,9 +64,11 @@ class State(NamedTuple):
     """What the child tells while it runs."""
 
     tick: int
+    at_ns: int
+    """When that was; the clock is the same in both processes."""
     snapshot: Snapshot | None
-    wires: Wires
-    point: tuple[float, float]
+    outs: tuple[TickOutput, ...]
+    """The ticks since the last one, as far as somebody watches them: what is made of them is made by the parent."""
     late_us: float
     """The most since the last one."""
     slipped_ticks: int
@@ -84,8 +91,7 @@ class ProcessLink:
     """
 
     looks_back = False
-    history = None
-    rate = 1.0
+    history: History | None = None
 
     def __init__(
         self,
@@ -102,11 +108,7 @@ class ProcessLink:
         self.inputs = inputs
         self.ticks = ticks
         self.paused = False
-        self.pacer = self
-        self.speed: float | None = None
-        self.late_ticks = 0
-        self.slipped_ticks = 0
-        self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
+        self.pacer = ChildsPacer()
         self.ports: tuple[PortNote, ...] = ()
         self.notices: list[tuple[int, str]] = []
         self.lateness: dict[str, float] = {}
@@ -119,9 +121,11 @@ class ProcessLink:
         self.takers: list[Taker] = []
         self._operator = operator
         self._snapshot: Snapshot | None = None
-        self._wires = Wires()
+        self._seen = Follower(bench.state_columns, bench.robot)
+        self._tap = Tap(bench.robot, bench.state_columns)
         self._tick, self._tick_ns = 0, 0
         self._made_tick = 0
+        self._lead_ticks, self._due_ns = LEAD_TICKS, 0
         self._error: BenchError | None = None
         self._over = False
         mine, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -150,6 +154,11 @@ class ProcessLink:
         return self.now_tick
 
     @property
+    def has_begun(self) -> bool:
+        """Whether all ports were there and ticks run."""
+        return self._tick_ns > 0 or self._over
+
+    @property
     def ended(self) -> bool:
         """Whether the run is over."""
         return self._over
@@ -161,17 +170,34 @@ class ProcessLink:
     @property
     def wires(self) -> Wires:
         """The last frames, as the child last told."""
-        return self._wires
+        return self._seen.wires(self.latest().rc_frame)
 
-    def due(self, done: int = 0) -> int:
+    @property
+    def trail(self) -> Sequence[tuple[float, float]]:
+        """(x_m, y_m) of where the robot has been."""
+        return self._seen.trail
+
+    @property
+    def slips(self) -> Sequence[tuple[float, float]]:
+        """(x_m, y_m) of where a wheel slid over the floor."""
+        return self._seen.slips
+
+    def look(self, wanted: Look) -> Seen:
+        """What was sampled of wires and signals until the last tick that was told."""
+        return self._tap.look(wanted)
+
+    def due(self) -> int:
         """How many ticks the operator should make inputs for now; takes what the child has told."""
         self.poll()
         if not self._operator or self.paused or not self._tick_ns:
             return 0
-        now_tick = self._tick + (now_ns() - self._tick_ns) // TICK_NS
+        now, now_tick = now_ns(), self._now_tick()
+        frame_ticks = (now - self._due_ns) // TICK_NS if self._due_ns else 0
+        self._due_ns = now
+        self._lead_ticks = max(LEAD_TICKS, min(MOST_LEAD_TICKS, max(2 * frame_ticks, self._lead_ticks - 1)))
         if self._made_tick < now_tick:  # away for long: what nobody asked for in time is not made
             self._made_tick = now_tick
-        return max(0, now_tick + LEAD_TICKS - self._made_tick)
+        return max(0, now_tick + self._lead_ticks - self._made_tick)
 
     def advance(self) -> int:
         """Take what the child tells, beat, make inputs; how many ticks that was. Raises what ended the run."""
@@ -182,7 +208,7 @@ class ProcessLink:
         self.poll()
         if self._over or not self._operator or self.paused:
             return 0
-        while self._made_tick + ticks > self._now_tick() + 4 * LEAD_TICKS and not self._over:
+        while self._made_tick + ticks > self._now_tick() + MOST_LEAD_TICKS + LEAD_TICKS and not self._over:
             wait_ns(TICK_NS)
             self.poll()
         if ticks > 0 and not self._over:
@@ -195,17 +221,27 @@ class ProcessLink:
         """Stop asking for anything: what is real does not stand still."""
         self.paused = paused
 
-    def restart(self) -> None:
-        """As a pacer: nothing, because the child's time goes on."""
-
-    def set_rate(self, rate: float) -> None:
-        """As a pacer: nothing, because real time has one rate."""
-
     def see(self, tick: int) -> None:
-        """Real time cannot be taken back. Raises LostInstant."""
-        raise LostInstant("a run on real ports cannot be taken back; its recording can: wheelbench drive --replay DIR")
+        """Show the newest instant; real time cannot be taken back. Raises LostInstant for another."""
+        if tick < self.newest_tick:
+            raise LostInstant(
+                "a run on real ports cannot be taken back; its recording can: wheelbench drive --replay DIR"
+            )
 
-    def take_touches(self) -> list[Any]:
+    def fork(self, inputs: Callable[[int], TickInput]) -> None:
+        """Raises LostInstant: only simulated time forks."""
+        self.see(-1)
+
+    def join(self, what: object) -> None:
+        """Raises ValueError: what is real fails by itself."""
+        raise ValueError("faults join simulated runs; give a scenario with faults to `wheelbench replay --role`")
+
+    def take_notices(self) -> list[str]:
+        """What the loop has to say to the person, since the last call."""
+        notices, self.notices = self.notices, []
+        return [text for _, text in notices]
+
+    def take_touches(self) -> list[Touch]:
         """They are in the child's recording."""
         return []
 
@@ -222,6 +258,7 @@ class ProcessLink:
                 self._receive()
                 wait_ns(TICK_NS)
             self._reap(kill=not self._over)
+            self.pacer.is_theirs = False
 
     # --- beyond them -------------------------------------------------------------------------------------------------
 
@@ -291,13 +328,15 @@ class ProcessLink:
             state: State = value
             gone = state.tick - self._tick
             if self._tick_ns and gone > 0:
-                self.speed = gone * TICK_NS / max(1, now_ns() - self._tick_ns)
-            self._tick, self._tick_ns = state.tick, now_ns()
+                self.pacer.speed = gone * TICK_NS / max(1, state.at_ns - self._tick_ns)
+            self._tick, self._tick_ns = state.tick, state.at_ns
             if state.snapshot is not None:
                 self._snapshot = state.snapshot
-            self._wires, self.missing = state.wires, state.missing
-            self.late_ticks, self.slipped_ticks = int(state.late_us / 1000), state.slipped_ticks
-            self.trail.append(state.point)
+            self.missing = state.missing
+            for out in state.outs:
+                self._seen.add(out)
+                self._tap.add(out)
+            self.pacer.late_ticks, self.pacer.slipped_ticks = int(state.late_us / 1000), state.slipped_ticks
         elif kind == "end":
             self._tick, self._error, self.result, self.counted, self.scheduling = value
             self.lateness = self.counted.facts() if self.counted is not None else {}
@@ -363,6 +402,9 @@ class _Live:
         self._look_tick = 0
         self._every_look: Callable[[], None] = lambda: None
         self._result: object = None
+        self._outs: deque[TickOutput] = deque(maxlen=MOST_OUTS)
+        self.add = self._outs.append
+        """As a taker: one more tick for the parent."""
 
     @property
     def tick(self) -> int:
@@ -376,7 +418,8 @@ class _Live:
         self._every_look = made.every_look
         try:
             inputs = rig.gated(self._inputs) if rig is not None else self._inputs
-            link = InlineLink(made.bench, inputs, _NoPacer(), takers=made.takers, ticks=self._ticks)
+            takers = [*made.takers, self] if self._watched else made.takers
+            link = InlineLink(made.bench, inputs, _NoPacer(), takers=takers, ticks=self._ticks)
             self._link = link
             ports = rig.ports if rig is not None else []
             self._tell("ready", tuple(PortNote(port.name, port.where, port.note) for port in ports))
@@ -442,16 +485,16 @@ class _Live:
             self._tell("notice", notice)
 
     def _send_state(self) -> None:
-        link = self._link
+        link, metronome = self._link, self._metronome
         assert link is not None
-        snapshot = link.latest() if self._watched else None
-        pose = link.bench.world.plant.pose
+        outs: tuple[TickOutput, ...] = ()
+        snapshot = None
+        if self._watched:
+            outs, snapshot = tuple(self._outs), link.latest()
+            self._outs.clear()
         missing = self._rig.missing if self._rig is not None else ()
-        metronome = self._metronome
-        wires = link.wires if self._watched else Wires()
         late_us, metronome.window_us = metronome.window_us, 0.0
-        state = State(link.now_tick, snapshot, wires, (pose.x_m, pose.y_m), late_us, metronome.slipped_ticks, missing)
-        self._tell("state", state)
+        self._tell("state", State(link.now_tick, now_ns(), snapshot, outs, late_us, metronome.slipped_ticks, missing))
 
     def _hear(self) -> None:
         while True:
@@ -491,6 +534,17 @@ class _Live:
 
 
 _NOTHING = TickInput()
+
+
+class ChildsPacer(WallPacer):
+    """Tells how the child keeps time. Its rate is that of the wall; once the child is gone it is a pacer like any."""
+
+    is_theirs = True
+
+    def set_rate(self, rate: float) -> None:
+        """Without effect while the child runs: real time has one rate."""
+        if not self.is_theirs or rate == 1.0:
+            super().set_rate(rate)
 
 
 class _NoPacer:

@@ -12,6 +12,7 @@ from bench.arena import FIELD
 from bench.check.run import Run
 from bench.check.summary import Summary
 from bench.io.link import InlineLink
+from bench.io.process_link import ProcessLink
 from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
@@ -41,7 +42,7 @@ class Session:
 
     def __init__(
         self,
-        link: InlineLink,
+        link: InlineLink | ProcessLink,
         *,
         keyboard: Keyboard | None = None,
         job: Run | None = None,
@@ -241,7 +242,7 @@ class Session:
             hands=hands,
             replay=replay,
             recording=self.working.recording or self._recording,
-            notice=self._notice or self.working.hint,
+            notice=self._notice or "; ".join(link.missing) or self.working.hint,
             dialog=dialog.shown if dialog is not None else None,
             help=self._help,
             zoom=self._zoom,
@@ -289,7 +290,11 @@ class Session:
         if self.over or self._result:
             return
         slipped = link.pacer.slipped_ticks
-        due = link.due()
+        try:
+            due = link.due()
+        except Exception as error:  # what ended a run in another process
+            self._fail(error)
+            return
         if link.pacer.slipped_ticks != slipped:
             self.hands_off()  # away for longer than a burst: no key is held any more
         self._run(lambda: link.run(due))
@@ -300,11 +305,17 @@ class Session:
             return
         try:
             some()
+            for notice in self.link.take_notices():
+                self.say(notice)
             if self.link.ended:
                 self._end()
-        except Exception as error:  # raised again by whoever started the screen, once the terminal is back
-            self.failure = error
-            self.over = True
+        except Exception as error:
+            self._fail(error)
+
+    def _fail(self, error: Exception) -> None:
+        """It ends; whoever started the screen raises it again, once the terminal is back."""
+        self.failure = error
+        self.over = True
 
     def _end(self) -> None:
         """The run that is shown has come to its last tick."""

@@ -11,6 +11,7 @@ from bench.check.summary import Summary
 from bench.config import Robot
 from bench.io.clock import Pacer
 from bench.io.link import InlineLink, Taker
+from bench.io.process_link import ProcessLink
 from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
 from bench.world import RecordedMotors
@@ -20,7 +21,7 @@ from bench.world import RecordedMotors
 class Stage:
     """One run on the screen. `keyboard` drives it; without one it is shown as it is."""
 
-    link: InlineLink
+    link: InlineLink | ProcessLink
     job: Run
     keyboard: Keyboard | None = None
     lamp: GoldenLamp | None = None

@@ -21,7 +21,7 @@ from bench.check.recording import RecordingError
 from bench.check.run import Run
 from bench.errors import BenchError
 from bench.io.history import CoreJoins
-from bench.io.link import LostInstant
+from bench.io.link import InlineLink, LostInstant
 from bench.screen.choosing import choices
 from bench.screen.dialog import Dialog, Item
 from bench.screen.fault_list import SECONDS, Values, fault_at, known_faults, table_text
@@ -116,7 +116,7 @@ class Working:
             tape.witness([touch.text for touch in touches])
         ticks = IDLE_SLICE_TICKS if session.stands or self.leaving else SLICE_TICKS
         busy = next((one for one in (*self._finishing, tape) if one is not None and one.is_behind), None)
-        if busy is not None:
+        if busy is not None and isinstance(link, InlineLink):  # only simulated time can be run again
             busy.work(link, ticks)
         self._finishing = [one for one in self._finishing if not self._is_done(one)]
         if tape is not None and tape.failure is not None:
@@ -126,7 +126,7 @@ class Working:
                 session.failure = tape.failure  # told by the exit status too, once the person leaves
             self.tape = None
         golden = self._golden
-        if golden is not None:
+        if golden is not None and isinstance(link, InlineLink):
             said = golden.work(link, ticks)
             if said:
                 self._golden = None
