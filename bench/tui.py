@@ -299,6 +299,8 @@ def _open(
         app.run(mouse=constants.DRIVER is not None)
     finally:
         session.link.close()
+        if session.keyboard is not None:
+            session.keyboard.close()
     for line in session.working.told:
         tell(line)
     if session.failure is not None:

@@ -12,6 +12,7 @@ MODULES = {path.relative_to(BENCH).as_posix(): ast.parse(path.read_text()) for p
 
 # Who alone may import what, anywhere in the file.
 ONLY_IN = {
+    "evdev": ("io/gamepad.py",),
     "textual": ("tui.py", "screen/"),
     "rich": ("tui.py", "screen/"),
     "pymunk": ("plant.py",),

@@ -11,6 +11,7 @@ from bench.cli.on_ports import add_role
 
 if TYPE_CHECKING:
     from bench.config import Robot
+    from bench.screen.keyboard import Keyboard
     from bench.screen.settings import SettingsFile
 
 HELP = "the dashboard: drive the simulated robot by keyboard, or watch a recording"
@@ -21,6 +22,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robot", metavar="R", help="a name that `wheelbench robots` lists, or a .toml file (m2006)")
     parser.add_argument("--arena", metavar="FILE", help="where it drives: an arena file (docs/plant.md)")
     parser.add_argument("--profile", metavar="P", help="the transmitter that the keys play: a name or a .toml file")
+    parser.add_argument(
+        "--gamepad",
+        metavar="DEVICE",
+        nargs="?",
+        const="auto",
+        help="drive by a gamepad: a joystick node (the first, if none is named), or evdev:/dev/input/eventN",
+    )
+    parser.add_argument("--gamepad-map", metavar="MAP", help="what its axes and buttons mean: a name or a .toml file")
+    parser.add_argument(
+        "--rc", metavar="ADDRESS", help="drive by a real RC receiver: serial:/dev/ttyUSB0, socket://..."
+    )
     add_choices(parser)
     parser.add_argument("--record", metavar="DIR", type=Path, help="record the run")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
@@ -58,6 +70,10 @@ def run(args: argparse.Namespace) -> int:
             "--controller: the dashboard shows what only the bench's own base knows; put yours to "
             "`wheelbench replay`, `wheelbench failsafe` or pytest"
         )
+    if args.replay is not None and (args.gamepad is not None or args.rc is not None):
+        raise UsageError("--replay: nothing drives a recording; leave --gamepad and --rc out")
+    if args.gamepad_map is not None and args.gamepad is None:
+        raise UsageError("--gamepad-map: goes with --gamepad")
     if not has_terminal():
         raise SurroundingsError(
             "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
@@ -77,12 +93,11 @@ def run(args: argparse.Namespace) -> int:
     from bench.check.controllers import controller_of
     from bench.check.run import bench_in, info_of
     from bench.config import with_choices
-    from bench.screen.keyboard import Keyboard
 
     chosen = controller_of(_robot(args, settings), args.controller)
     robot = with_choices(chosen.robot, None, args.odometry)
     arena = load_arena(args.arena) if args.arena is not None else FIELD
-    keyboard = Keyboard(robot.rc)
+    keyboard = _hands(args, robot)
     info = info_of(robot, chosen.name)
     title = ", ".join(filter(None, (robot.name, info.controller, info.odometry)))
     job = Run(title=title, bench=bench_in(robot, arena, build=chosen.build), ticks=0, inputs=keyboard.inputs, info=info)
@@ -110,3 +125,19 @@ def _robot(args: argparse.Namespace, settings: SettingsFile) -> Robot:
         except ConfigError as error:
             settings.why = f"the remembered robot is not there: {error}"
     return load_robot(args.robot or "m2006", args.profile)
+
+
+def _hands(args: argparse.Namespace, robot: Robot) -> Keyboard:
+    """Keys, and whatever else is to drive."""
+    from bench.config.gamepads import load_gamepad_map
+    from bench.errors import UsageError
+    from bench.io.gamepad import open_gamepad
+    from bench.io.receiver import open_receiver
+    from bench.screen.keyboard import Keyboard
+
+    if robot.rc is None and (args.gamepad is not None or args.rc is not None):
+        raise UsageError(f"--gamepad, --rc: {robot.name} takes no RC; give it a transmitter with --profile")
+    layout = load_gamepad_map(args.gamepad_map or "standard")
+    gamepad = (open_gamepad(args.gamepad), layout) if args.gamepad is not None else None
+    receiver = open_receiver(args.rc, robot.rc.protocol) if args.rc is not None and robot.rc is not None else None
+    return Keyboard(robot.rc, gamepad=gamepad, receiver=receiver, disarm_ms=robot.link.disarm_ms)

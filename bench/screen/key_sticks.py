@@ -70,7 +70,7 @@ class KeySticks:
         power = self.power_percent / 100.0
         axes = [0.0, 0.0, 0.0]
         for key, until in self._until.items():
-            if now_tick < until:
+            if 0 < until - now_tick <= KEY_LEASE_MS:  # time may have gone back, to drive on from there
                 axis, sense = MOTION[key]
                 axes[axis] = sense * power
         return Sticks(axes[FORWARD], axes[LEFT], axes[TURN])

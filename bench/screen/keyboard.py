@@ -11,9 +11,13 @@ come. Space stops whatever drives; a gamepad's own stop button too.
 from __future__ import annotations
 
 from bench.config import Profile
+from bench.config.gamepads import GamepadMap
+from bench.io.gamepad import Gamepad
+from bench.io.receiver import Receiver
 from bench.loop import NOTHING
 from bench.messages import ZERO_TWIST, BodyTwist, TickInput
 from bench.rc.transmitter import Sticks, Transmitter
+from bench.screen.gamepad_sticks import GamepadSticks
 from bench.screen.key_sticks import KEY_LEASE_MS, MOTION, KeySticks
 from bench.screen.mouse_sticks import MouseSticks, Pad
 from bench.screen.scene import Hands
@@ -23,14 +27,16 @@ PULSE_MS = 60
 POWER_STEP_PERCENT = 10
 CORE_ARC = BodyTwist(0.2, 0.0, 0.5)
 """What the core asks for on request: a circle of radius 0.4 m, to the left."""
-KEYS = "keys"
+KEYS, GAMEPAD, RECEIVER = "keys", "gamepad", "receiver"
+MARGIN_MS = 100
+"""Between a receiver and our own transmitter nothing is sent until the link is lost, and so much longer."""
 
 
 class Pulse:
     """A virtual switch that is pressed for a moment."""
 
     def __init__(self, length_ticks: int) -> None:
-        self._length = length_ticks
+        self.length = length_ticks
         self._from = self._to = 0
 
     def on(self, tick: int) -> bool:
@@ -39,13 +45,13 @@ class Pulse:
 
     def press(self, tick: int) -> None:
         """Press from now on; while a press is on or due, nothing."""
-        if tick >= self._to:
-            self._from, self._to = tick, tick + self._length
+        if not self._from - self.length <= tick < self._to:  # time may have gone back, to drive on from there
+            self._from, self._to = tick, tick + self.length
 
     def press_again(self, tick: int) -> int:
         """A press of its own even while another one is on: released first, so that there is an edge. When it ends."""
-        wait = self._length if self.on(tick) else 0
-        self._from, self._to = tick + wait, tick + wait + self._length
+        wait = self.length if self.on(tick) else 0
+        self._from, self._to = tick + wait, tick + wait + self.length
         return self._to
 
     def cancel(self) -> None:
@@ -60,11 +66,27 @@ class Keyboard:
     sentence for the person where the key did not do what they may expect, and otherwise nothing.
     """
 
-    def __init__(self, profile: Profile | None) -> None:
+    def __init__(
+        self,
+        profile: Profile | None,
+        *,
+        gamepad: tuple[Gamepad, GamepadMap] | None = None,
+        receiver: Receiver | None = None,
+        disarm_ms: int = 500,
+    ) -> None:
         self.sticks = KeySticks()
         self.mouse = MouseSticks()
-        self.source = KEYS
+        self.pad = gamepad[0] if gamepad is not None else None
+        self.pad_sticks = GamepadSticks(gamepad[1]) if gamepad is not None else None
+        self.receiver = receiver
+        self.cut = False
+        """Nothing of the receiver's is let through."""
         self.profile = profile
+        self.sources = self._there()
+        self.source = self.sources[-1]
+        self._pad_was_lost = ""
+        self._silent_until = 0
+        self._silence_ticks = disarm_ms + MARGIN_MS
         self.transmitter = Transmitter(profile) if profile is not None else None
         self.core_asks = False
         self._period_ticks = profile.period_ms if profile is not None else 1
@@ -84,8 +106,10 @@ class Keyboard:
             self._core_told = self.core_asks
             twist = CORE_ARC if self.core_asks else ZERO_TWIST
         rc = b""
-        if self.transmitter is not None and tick % self._period_ticks == 0:  # between frames nobody looks at the sticks
-            sticks = self._sticks(tick)
+        if self.source == RECEIVER or self._is_silent(tick):
+            rc = self._received(tick)
+        elif self.transmitter is not None and tick % self._period_ticks == 0:
+            sticks = self._sticks(tick)  # between frames nobody looks at them
             rc = self.transmitter.step(tick, sticks._replace(aux1=self._aux1.on(tick), aux2=self._aux2.on(tick)))
         return TickInput(rc, twist) if rc or twist is not None else NOTHING
 
@@ -98,6 +122,26 @@ class Keyboard:
         """The sticks spring back."""
         self.sticks.release()
         self.mouse.release()
+        if self.pad_sticks is not None:
+            self.pad_sticks.release()
+
+    def look(self, now_tick: int, armed: bool, paused: bool = False) -> str:
+        """Once a frame: what gamepad and receiver say. A sentence where something has changed."""
+        said = self.receiver.look() if self.receiver is not None else ""
+        return self._look_at_pad(now_tick, armed, paused) or said
+
+    def next_source(self, now_tick: int) -> str:
+        """Give the sticks to the next source. A receiver's switches may stand anyhow: the link is lost in between."""
+        if len(self.sources) == 1:
+            return "there are only the keys and the mouse; --gamepad and --rc bring more"
+        before = self.source
+        self.source = self.sources[(self.sources.index(before) + 1) % len(self.sources)]
+        self.let_go()
+        if RECEIVER in (before, self.source):
+            self._silent_until = now_tick + self._silence_ticks
+            self._aux1.cancel()
+            self._aux2.cancel()
+        return f"the {self.source} {'have' if self.source == KEYS else 'has'} the sticks"
 
     def point(self, pressed: bool, x: int, y: int, pad: Pad, now_tick: int, armed: bool) -> str:
         """The mouse's button has gone down on that cell, or the mouse has moved there."""
@@ -127,12 +171,17 @@ class Keyboard:
             self.core_asks,
             releases=self.sticks.releases,
             source=self.source,
+            source_state=self._state(),
             pad=(sticks.forward, sticks.left, sticks.turn) if self.mouse.on else None,
             curve=f"expo {profile.expo:.2f}, dead-band {100 * profile.dead_band:.0f} %" if profile is not None else "",
         )
 
     def _sticks(self, tick: int) -> Sticks:
         """Where the source in use holds them. Of keys and mouse, what the mouse holds counts."""
+        if self.source == GAMEPAD and self.pad_sticks is not None:
+            return self.pad_sticks.sticks()
+        if self.source == RECEIVER:
+            return Sticks()
         keys, mouse = self.sticks.sticks(tick), self.mouse.sticks(tick, self.sticks.power_percent)
         return Sticks(mouse.forward or keys.forward, mouse.left or keys.left, mouse.turn or keys.turn)
 
@@ -149,13 +198,28 @@ class Keyboard:
         """Take over what a person has set at another robot's keyboard: how far keys push, the mouse, the terminal."""
         self.sticks.power_percent, self.sticks.releases = other.sticks.power_percent, other.sticks.releases
         self.mouse.on = other.mouse.on
+        self.pad, self.pad_sticks, self.receiver = other.pad, other.pad_sticks, other.receiver
+        self.sources = self._there()
+        self.source = other.source if other.source in self.sources else KEYS
+        self.let_go()
         self.set_rate(rate)
+
+    def _there(self) -> tuple[str, ...]:
+        """The sources that can drive this robot. A receiver speaks one protocol."""
+        profile = self.profile
+        if profile is None:
+            return (KEYS,)
+        hears = self.receiver is not None and self.receiver.protocol == profile.protocol
+        there = ((KEYS, True), (GAMEPAD, self.pad is not None), (RECEIVER, hears))
+        return tuple(name for name, is_there in there if is_there)
 
     def press(self, key: str, now_tick: int, armed: bool) -> str:
         """One press or repeat of a key. `armed` is the base's state now, for Space."""
         if key in MOTION:
             if self.transmitter is None:
                 return "this robot takes no RC; C lets the core drive"
+            if self.source != KEYS:
+                return f"the {self.source} has the sticks; I gives them to the next source"
             self.sticks.press(key, now_tick)
             if not self.transmitter.on:
                 return "the transmitter is off; T switches it on"
@@ -163,7 +227,7 @@ class Keyboard:
         if key == "space":
             return self.stop(now_tick, armed)
         # A key that comes again within its lease is still held: it acts once.
-        held = now_tick - self._heard.get(key, -KEY_LEASE_MS) < KEY_LEASE_MS
+        held = 0 <= now_tick - self._heard.get(key, -KEY_LEASE_MS) < KEY_LEASE_MS
         self._heard[key] = now_tick
         return "" if held else self._switch(key, now_tick)
 
@@ -171,13 +235,16 @@ class Keyboard:
         """Everything to rest and, by the switch that the profile has for it, disarmed."""
         self.let_go()
         self.core_asks = False
+        if self.source == RECEIVER:
+            self.cut = True
+            return "stopped: the receiver is cut off; Enter lets it through again"
         if self.transmitter is None:
             return "stopped: the core asks for nothing"
         if not self._has_aux[0]:
             self.transmitter.on = False
             return "stopped: transmitter off, because this profile has no arming switch; T switches it on"
         if armed:
-            if now_tick >= self._stopping_until:
+            if not 0 < self._stopping_until - now_tick <= 2 * self._aux1.length:
                 self._stopping_until = self._aux1.press_again(now_tick)
         else:
             self._aux1.cancel()  # an arming press that has not left yet shall not
@@ -188,6 +255,57 @@ class Keyboard:
         power = self.sticks.power_percent + steps * POWER_STEP_PERCENT
         self.sticks.power_percent = max(POWER_STEP_PERCENT, min(100, power))
         return f"keys push the sticks to {self.sticks.power_percent} %"
+
+    def _received(self, tick: int) -> bytes:
+        """The receiver's bytes as they came, unless they are kept from the robot."""
+        if self.receiver is None:
+            return b""
+        if self.source == RECEIVER and not self.cut and not self._is_silent(tick):
+            return self.receiver.read(tick)
+        self.receiver.forget()
+        return b""
+
+    def _is_silent(self, tick: int) -> bool:
+        return 0 < self._silent_until - tick <= self._silence_ticks
+
+    def _admit(self) -> str:
+        """Let the receiver's bytes through again after a stop."""
+        if not self.cut:
+            return "the receiver arms by its own switch"
+        self.cut = False
+        return "the receiver is let through; arm by its own switch"
+
+    def _look_at_pad(self, now_tick: int, armed: bool, paused: bool) -> str:
+        pad, sticks = self.pad, self.pad_sticks
+        if pad is None or sticks is None:
+            return ""
+        pad.revive()
+        for key in sticks.feed(pad.read()):
+            if key == "space":
+                self.stop(now_tick, armed)
+            elif self.source == GAMEPAD and not paused:
+                self._switch(key, now_tick)
+        if pad.lost:
+            sticks.forget()
+        said = ""
+        if bool(pad.lost) is not bool(self._pad_was_lost):
+            said = f"gamepad {pad.name}: {pad.lost}" if pad.lost else f"gamepad {pad.name}: there"
+        self._pad_was_lost = pad.lost
+        return said
+
+    def _state(self) -> str:
+        """How the source in use is."""
+        if self.source == GAMEPAD and self.pad is not None and self.pad_sticks is not None:
+            return self.pad.lost or ("let its sticks go first" if self.pad_sticks.at_rest_first else "")
+        if self.source == RECEIVER and self.receiver is not None:
+            return "cut off; Enter lets it through" if self.cut else self.receiver.port.lost
+        return "held until let go" if self.sticks.releases else f"each worth {KEY_LEASE_MS} ms"
+
+    def close(self) -> None:
+        """Give gamepad and receiver back."""
+        for device in (self.pad, self.receiver):
+            if device is not None:
+                device.close()
 
     def _show_pad(self) -> str:
         """The mouse's sticks, there or not."""
@@ -200,11 +318,15 @@ class Keyboard:
     def _switch(self, key: str, now_tick: int) -> str:
         if key == "m":
             return self._show_pad()
+        if key == "i":
+            return self.next_source(now_tick)
         if key == "c":
             self.core_asks = not self.core_asks
             return "the core asks for an arc" if self.core_asks else "the core asks to stand"
         if self.transmitter is None:
             return "this robot takes no RC"
+        if self.source == RECEIVER:
+            return self._admit() if key == "enter" else "the receiver has the sticks, and its own switches"
         if key == "t":
             self.transmitter.on = not self.transmitter.on
             self.let_go()

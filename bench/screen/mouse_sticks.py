@@ -97,7 +97,7 @@ class MouseSticks:
 
     def sticks(self, now_tick: int, power_percent: int) -> Sticks:
         """Where the sticks stand in this tick."""
-        if self._turning is None or now_tick >= self._until:
+        if self._turning is None or not 0 < self._until - now_tick <= KEY_LEASE_MS:
             return Sticks()
         right, down = (share * power_percent / 100.0 for share in self._at)
         return Sticks(turn=-right) if self._turning else Sticks(forward=-down, left=-right)

@@ -41,6 +41,8 @@ class Hands:
     """Whether the terminal tells when a key is let go."""
     source: str = "keys"
     """What holds the sticks."""
+    source_state: str = ""
+    """How it is, where there is something to say."""
     pad: tuple[float, float, float] | None = None
     """The mouse's sticks are shown, and stand so: forward, left, counter-clockwise, -1 to 1."""
     curve: str = ""

@@ -31,7 +31,7 @@ RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 REST_TICKS = 1500
 """Leaving a drive, the bench runs on until its base has disarmed, at most so long: a lost link takes half a second."""
 REST_STEP_TICKS = 10
-SWITCHES = ("space", "enter", "f", "t", "c", "m")
+SWITCHES = ("space", "enter", "f", "t", "c", "m", "i")
 
 
 class Session:
@@ -76,10 +76,12 @@ class Session:
     # --- what comes in -------------------------------------------------------------------------------------------
 
     def frame(self) -> None:
-        """A screen's frame has begun: run what is due."""
+        """A screen's frame has begun: look at the devices, run what is due."""
         if self.working.leaving:
             self.leave()
             return
+        if self.keyboard is not None and not self.over:
+            self.say(self.keyboard.look(self.link.now_tick, self.link.latest().armed, self.link.paused))
         self._advance()
         self.working.frame()
         if self._notice_frames:
