@@ -301,7 +301,7 @@ def _open(
         session.link.close()
         if session.keyboard is not None:
             session.keyboard.close()
-    for line in session.working.told:
+    for line in session.working.told if app.terminal is None or not app.terminal.stuck else ():
         tell(line)
     if session.failure is not None:
         raise session.failure

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import select
+from contextlib import suppress
 from queue import Full
 from typing import Any
 
@@ -101,6 +102,8 @@ class Terminal(LinuxDriver):
         """Something was left out: the screen has to be drawn whole, once it is taken again."""
         self.continued = False
         """The process was stopped and goes on, without a word to us before."""
+        self.stuck = False
+        """The terminal took nothing to the last: whatever else is written to it will wait for ever."""
         self._begin_watch()
 
     # --- what goes out -------------------------------------------------------------------------------------------
@@ -126,11 +129,10 @@ class Terminal(LinuxDriver):
         writer = self._writer_thread
         if writer is None:
             return
-        try:
+        with suppress(Full):
             writer._queue.put(None, timeout=PATIENCE_S)
-        except Full:
-            return
-        writer.join(timeout=PATIENCE_S)
+            writer.join(timeout=PATIENCE_S)
+        self.stuck = writer.is_alive()
 
     def point(self, on: bool) -> None:
         """Have the mouse reported, or leave it to the terminal, for selecting text."""

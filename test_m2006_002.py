@@ -1,0 +1,14 @@
+"""m2006: 1.850 s
+
+Saved from the dashboard. Replays the inputs of goldens/m2006-002 and compares every frame and every row.
+"""
+
+from pathlib import Path
+
+from bench.__main__ import main
+
+GOLDEN = Path(__file__).parent / "goldens" / "m2006-002"
+
+
+def test_m2006_002_is_as_it_was():
+    assert main(["replay", str(GOLDEN)]) == 0, f"see what differs: wheelbench replay {GOLDEN}"
