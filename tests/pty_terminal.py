@@ -8,17 +8,18 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
 DEADLINE_S = 30.0
 _QUERY = re.compile(rb"\x1b\[(\d+);(\d+)H\x1b\[6n|\x1b\[\?u|\x1b\[=(\d+);1u|\x1b\[>(\d+)u|\x1b\[<u")
 
 
 class PtyTerminal:
-    """`answers`: it tells where its cursor is. `kitty`: it knows that keyboard protocol, flags and all."""
+    """`answers`: it tells where its cursor is. `kitty`: it knows that keyboard protocol, flags and all.
 
-    def __init__(self, *command, answers=True, kitty=False, knows=27, size=(24, 80), env=()):
+    The program runs in `home` and keeps its settings there: some keys write files.
+    """
+
+    def __init__(self, home, *command, answers=True, kitty=False, knows=27, size=(24, 80)):
         self.answers, self.kitty, self.knows = answers, kitty, knows
         self.flags = [0]
         self.output = b""
@@ -28,8 +29,8 @@ class PtyTerminal:
         self._size(slave, *size)
         clean = {name: value for name, value in os.environ.items() if name not in ("TMUX", "STY", "COLUMNS", "LINES")}
         self.child = subprocess.Popen(
-            [sys.executable, *map(str, command)], stdin=slave, stdout=slave, stderr=slave, cwd=ROOT,
-            env=clean | {"TERM": "xterm-256color", **dict(env)}, start_new_session=True,
+            [sys.executable, *map(str, command)], stdin=slave, stdout=slave, stderr=slave, cwd=home, start_new_session=True,
+            env=clean | {"TERM": "xterm-256color", "HOME": str(home), "XDG_CONFIG_HOME": str(home)},
         )  # fmt: skip
         os.close(slave)
 

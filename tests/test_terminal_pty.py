@@ -23,7 +23,7 @@ def opened(tmp_path):
     terminals = []
 
     def start(**options):
-        terminal = PtyTerminal("-m", "bench", "drive", "--record", tmp_path / "run", **options)
+        terminal = PtyTerminal(tmp_path, "-m", "bench", "drive", "--record", tmp_path / "run", **options)
         terminals.append(terminal)
         terminal.wait_for("not armed since boot")
         terminal.serve(0.2)
