@@ -18,7 +18,7 @@ Loaded with every pytest run where wheelbench is installed, so it imports nothin
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -160,16 +160,19 @@ def plant(bench: Driven) -> Plant:
 
 @pytest.fixture
 def golden(request: pytest.FixtureRequest, bench: Driven) -> Callable[..., None]:
-    """`golden()` ends the run and holds it against goldens/<test> beside the test's file; `golden("name")` another."""
+    """`golden()` ends the run and holds it against goldens/<test> beside the test's file; `golden("name")` another.
+    `tolerance={"speed": "5 rpm"}` grants what the platform does not.
+    """
 
-    def check(name: str = "") -> None:
+    def check(name: str = "", *, tolerance: Mapping[str, str] | None = None) -> None:
         bench.close()
         node = request.node
         folder = _golden_folder(node, name)
         twice = node.config.stash[_SAME_GOLDEN].get(folder, []) if not name else []
         if twice:
             pytest.fail(f"{' and '.join(twice)} share the golden {folder.name}; give one a name: golden('...')", False)
-        told = _hold_against(bench.directory, folder, node.config.getoption("--update-pinned"))
+        granted = [f"{field}={size}" for field, size in (tolerance or {}).items()]
+        told = _hold_against(bench.directory, folder, node.config.getoption("--update-pinned"), granted)
         if told:
             node.user_properties.append((_PINNED, told))
 
@@ -184,7 +187,7 @@ def _file_name(test: str) -> str:
     return "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in test)
 
 
-def _hold_against(run: Path, folder: Path, update: bool) -> str:
+def _hold_against(run: Path, folder: Path, update: bool, tolerance: Sequence[str]) -> str:
     """Fail the test where the run is not as its golden. Returns what was pinned and what that changes, if asked for."""
     from bench.check.golden import pin, told
     from bench.check.reading import Recording
@@ -197,7 +200,7 @@ def _hold_against(run: Path, folder: Path, update: bool) -> str:
         if not folder.exists():
             where = _shown(folder)
             pytest.fail(f"there is no golden {where}; look at the run, then pin it: pytest --update-pinned", False)
-        found = told(Recording.open(run), folder)
+        found = told(Recording.open(run), folder, tolerance)
     except BenchError as error:
         pytest.fail(str(error), pytrace=False)
     if not found.ok:

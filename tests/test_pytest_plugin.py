@@ -236,6 +236,24 @@ def test_what_is_pinned_and_what_it_changes_is_printed_and_so_is_an_unused_golde
     assert "golden goldens/test_drive: UNUSED: nothing is held against it; delete it" in said
 
 
+def test_a_golden_takes_tolerances_in_their_units(project):
+    folder = project(GOLDEN)
+    assert run_pytest(folder, "-q", "--update-pinned")[0] == 0
+    golden = folder / "goldens" / "test_drive" / "golden.toml"
+    golden.unlink()  # a plain recording, so that it may be edited
+    log = golden.parent / "can.log"
+    text = log.read_text()
+    at = text.index("(0.399000) can0 201#") + len("(0.399000) can0 201#0000")
+    log.write_text(f"{text[:at]}{int(text[at : at + 4], 16) ^ 1:04X}{text[at + 4 :]}")
+    assert run_pytest(folder, "-q")[0] == 1
+    project(GOLDEN.replace("golden()", 'golden(tolerance={"speed": "1 rpm"})'))
+    assert run_pytest(folder, "-q")[0] == 0
+    project(GOLDEN.replace("golden()", 'golden(tolerance={"speed": "1 mA"})'))
+    status, said = run_pytest(folder, "-q")
+    assert status == 1
+    assert "speed is recorded in rpm, not in mA; such as speed=5rpm" in said
+
+
 def test_two_tests_of_one_name_are_told_that_they_would_share_a_golden(project):
     folder = project(
         """

@@ -45,8 +45,8 @@ steps of each field's resolution: chosen, not measured. What has no entry is exa
 _TURNS = {"angle_counts": 8192.0, "heading_rad": math.tau, "heading_counts": 2.0**32}
 """Fields that start again after a turn: from 8191 counts to 0 is one step."""
 
-_UNITS = {"ma": "mA", "raw": "counts", "a": "A", "mps": "m/s", "radps": "rad/s"}
-_UNITS |= {unit: unit for unit in ("m", "rad", "rpm", "counts")}
+UNITS = {"ma": "mA", "raw": "counts", "a": "A", "mps": "m/s", "radps": "rad/s"}
+UNITS |= {unit: unit for unit in ("m", "rad", "rpm", "counts")}
 
 
 def fields_of_pair(
@@ -65,7 +65,7 @@ def fields_of_pair(
         ]
         both = [name for name in columns[0] if name in columns[1]]
         return {name: rows[0][name] for name in both}, {name: rows[1][name] for name in both}
-    before, after = _decoded(wire, expected, family), _decoded(wire, got, family)
+    before, after = fields_of(wire, expected, family), fields_of(wire, got, family)
     if before.keys() != after.keys() or before == after:
         return _as_bytes(expected, len(got)), _as_bytes(got, len(expected))
     return before, after
@@ -98,9 +98,9 @@ def tolerance(name: str, tolerances: Mapping[str, float]) -> float:
 def shown(wire: str, name: str) -> tuple[str, str]:
     """A field's name and unit for people: current_2_ma -> ("current 2", " mA"). Columns of state keep their name."""
     words, _, unit = name.rpartition("_")
-    if wire == STATE or unit not in _UNITS:
+    if wire == STATE or unit not in UNITS:
         return name, ""
-    return words.replace("_", " "), f" {_UNITS[unit]}"
+    return words.replace("_", " "), f" {UNITS[unit]}"
 
 
 def shown_value(value: Value) -> str:
@@ -110,7 +110,8 @@ def shown_value(value: Value) -> str:
     return f"{value:.9f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
 
 
-def _decoded(wire: str, data: bytes, family: Family) -> Fields:
+def fields_of(wire: str, data: bytes, family: Family) -> Fields:
+    """A frame by field; {} where no codec knows it whole."""
     if wire == RC:
         return {}  # a tick's bytes are rarely a frame; `wheelbench decode` reads the stream
     if not wire.startswith("can "):

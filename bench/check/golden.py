@@ -11,7 +11,7 @@ import os
 import platform
 import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -31,6 +31,7 @@ from bench.check.recording import (
     toml_lines,
     write_file,
 )
+from bench.check.tolerances import granted
 
 if TYPE_CHECKING:
     from bench.check.report import Report
@@ -70,24 +71,33 @@ def pin(run_dir: Path | str, golden_dir: Path | str) -> Told | None:
     return replaced
 
 
-def verdict(run: Recording, golden: Recording | Path | str) -> Comparison:
+def verdict(run: Recording, golden: Recording | Path | str, tolerance: Sequence[str] = ()) -> Comparison:
     """Hold a run that was made here against a golden.
 
     Exactly, where the golden was made on a platform like this one with the same physics engine; elsewhere with
-    tolerances and a note. A recording without a golden.toml is compared exactly. Raises RecordingError where the golden
-    is not what was pinned.
+    tolerances and a note. A recording without a golden.toml is compared exactly. `tolerance` is what the user grants
+    besides ("speed=5rpm"). Raises RecordingError where the golden is not what was pinned, or is another robot's.
     """
     if not isinstance(golden, Recording):
         golden = Recording.open(golden)
     tolerances, note = how_exactly(golden)
+    if run.info.robot != golden.info.robot:
+        raise RecordingError(
+            f"{golden.directory}: is of the robot {golden.info.robot}, and the run {run.directory} is of "
+            f"{run.info.robot}; give a golden of the same robot"
+        )
+    notes = [note] if note else []
+    if tolerance:
+        tolerances = {**(tolerances or {}), **granted(tolerance, golden)}
+        notes.append(f"compared with --tolerance {', '.join(tolerance)}")
     found = compare(run, golden, tolerances)
-    return replace(found, notes=(note, *found.notes)) if note else found
+    return replace(found, notes=(*notes, *found.notes)) if notes else found
 
 
-def told(run: Recording, golden_dir: Path | str) -> Told:
+def told(run: Recording, golden_dir: Path | str, tolerance: Sequence[str] = ()) -> Told:
     """`verdict`, and where something differs also why: `bench.check.report`."""
     golden = Recording.open(golden_dir)
-    return _explained(run, golden, verdict(run, golden))
+    return _explained(run, golden, verdict(run, golden, tolerance))
 
 
 def how_exactly(golden: Recording) -> tuple[Mapping[str, float] | None, str]:

@@ -6,6 +6,8 @@ import argparse
 import json
 from pathlib import Path
 
+from bench.cli.choices import add_tolerance
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
@@ -22,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="make RUN the golden at GOLDEN, and say what that changes (refused in CI)",
     )
+    add_tolerance(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object")
 
 
@@ -35,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     if args.update_pinned:
         return _pin(args)
     golden = args.golden or golden_directory()
-    found = told(Recording.open(args.run), golden)
+    found = told(Recording.open(args.run), golden, args.tolerance)
     print(json.dumps(found.as_dict()) if args.json else "\n".join(found.lines))
     return EXIT_OK if found.ok else EXIT_FAILED
 

@@ -21,3 +21,14 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
     """The controller and the odometry."""
     add_controller(parser)
     parser.add_argument("--odometry", metavar="NAME", help="a printed form instead of exact odometry: docs/errata.md")
+
+
+def add_tolerance(parser: argparse.ArgumentParser) -> None:
+    """How far fields may be from a golden; `bench.check.tolerances` reads it."""
+    parser.add_argument(
+        "--tolerance",
+        metavar="FIELD=SIZE",
+        action="append",
+        default=[],
+        help="how far a field may be from the golden, with its unit: speed=5rpm; may be given again",
+    )

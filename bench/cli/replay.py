@@ -9,7 +9,7 @@ import argparse
 import json
 from pathlib import Path
 
-from bench.cli.choices import add_choices
+from bench.cli.choices import add_choices, add_tolerance
 from bench.cli.on_ports import add_role, run_on_ports
 
 
@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record", metavar="DIR", type=Path, help="write a recording; of several, one in DIR for each")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
     parser.add_argument("--golden", metavar="DIR", type=Path, help="compare with this recording or golden at the end")
+    add_tolerance(parser)
     parser.add_argument("--html", metavar="FILE", type=Path, help="scenarios: a page with verdicts and pictures")
     parser.add_argument("--junit", metavar="FILE", type=Path, help="scenarios: JUnit XML, for a CI server")
     parser.add_argument("--jobs", metavar="N", type=int, default=2, help="scenarios: so many at a time (2)")
@@ -88,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
             recorder = job.recorder(directory, overwrite=args.overwrite) if directory else None
             summary, speed = execute(job, recorder, quiet=args.json)
         if golden is not None and directory is not None:
-            comparison = told(Recording.open(directory), golden)
+            comparison = told(Recording.open(directory), golden, args.tolerance)
     verdicts = job.judge.verdicts() if job.judge else []
     untouched = job.injector.untouched() if job.injector else []
     if args.json:
@@ -122,9 +123,10 @@ def run(args: argparse.Namespace) -> int:
     return EXIT_OK if met and (comparison is None or comparison.ok) else EXIT_FAILED
 
 
-_ALONE = {
+_ALONE: dict[str, object] = {
     "robot": None, "arena": None, "profile": None, "protocol": None, "period_ms": None, "can": "sim:", "rc": "sim:",
     "slamware": "sim:", "role": "sim", "arm": False, "controller": None, "odometry": None, "golden": None,
+    "tolerance": [],
 }  # fmt: skip
 """What goes with a single source, and its default."""
 
