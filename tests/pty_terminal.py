@@ -29,7 +29,8 @@ class PtyTerminal:
         self._size(slave, *size)
         clean = {name: value for name, value in os.environ.items() if name not in ("TMUX", "STY", "COLUMNS", "LINES")}
         self.child = subprocess.Popen(
-            [sys.executable, *map(str, command)], stdin=slave, stdout=slave, stderr=slave, cwd=home, start_new_session=True,
+            [sys.executable, *map(str, command)], stdin=slave, stdout=slave, stderr=slave, cwd=home,
+            start_new_session=True,
             env=clean | {"TERM": "xterm-256color", "HOME": str(home), "XDG_CONFIG_HOME": str(home)},
         )  # fmt: skip
         os.close(slave)

@@ -30,9 +30,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="drive by a gamepad: a joystick node (the first, if none is named), or evdev:/dev/input/eventN",
     )
     parser.add_argument("--gamepad-map", metavar="MAP", help="what its axes and buttons mean: a name or a .toml file")
-    parser.add_argument(
-        "--rc", metavar="ADDRESS", help="drive by a real RC receiver: serial:/dev/ttyUSB0, socket://..."
-    )
     add_choices(parser)
     parser.add_argument("--record", metavar="DIR", type=Path, help="record the run")
     parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
@@ -40,7 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--can", metavar="FROM", default="sim", help="with --role: the bus; with --replay: recorded, its own feedback"
     )
-    parser.add_argument("--rc", metavar="PORT", default="sim:", help="with --role base: where its receiver is")
+    parser.add_argument(
+        "--rc", metavar="PORT", default="sim:", help="a real receiver that drives; with --role base: where its own is"
+    )
     parser.add_argument("--slamware", metavar="PORT", default="sim:", help="with --role: where core or base is")
     add_role(parser)
 
@@ -70,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
             "--controller: the dashboard shows what only the bench's own base knows; put yours to "
             "`wheelbench replay`, `wheelbench failsafe` or pytest"
         )
-    if args.replay is not None and (args.gamepad is not None or args.rc is not None):
+    if args.replay is not None and (args.gamepad is not None or args.rc != "sim:"):
         raise UsageError("--replay: nothing drives a recording; leave --gamepad and --rc out")
     if args.gamepad_map is not None and args.gamepad is None:
         raise UsageError("--gamepad-map: goes with --gamepad")
@@ -135,9 +134,10 @@ def _hands(args: argparse.Namespace, robot: Robot) -> Keyboard:
     from bench.io.receiver import open_receiver
     from bench.screen.keyboard import Keyboard
 
-    if robot.rc is None and (args.gamepad is not None or args.rc is not None):
+    drives = args.rc != "sim:" and args.role == "sim"
+    if robot.rc is None and (args.gamepad is not None or drives):
         raise UsageError(f"--gamepad, --rc: {robot.name} takes no RC; give it a transmitter with --profile")
     layout = load_gamepad_map(args.gamepad_map or "standard")
     gamepad = (open_gamepad(args.gamepad), layout) if args.gamepad is not None else None
-    receiver = open_receiver(args.rc, robot.rc.protocol) if args.rc is not None and robot.rc is not None else None
+    receiver = open_receiver(args.rc, robot.rc.protocol) if drives and robot.rc is not None else None
     return Keyboard(robot.rc, gamepad=gamepad, receiver=receiver, disarm_ms=robot.link.disarm_ms)
