@@ -2,15 +2,18 @@
 
 import json
 import os
+import random
 import re
 import signal
 import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+import serial
 
 from bench.check.reading import Recording
 from bench.check.run import from_source
@@ -229,7 +232,7 @@ def test_a_pulled_cable_stops_everything_until_somebody_arms_again(tmp_path):
     assert bench.bench.base.drive.armed
     assert both.parts[1].motors.plant.twist.vx_mps > 0.1
     both.parts[0].close()
-    bench.run(type("Nobody", (), {"step": lambda self, tick: None})(), 700)
+    bench.run(Quiet(), 700)
     assert not bench.bench.base.drive.armed
     (tick, text), *_ = bench.rig.notices
     assert (tick, "lost" in text, "zero until it is back" in text) == (1000, True, True)
@@ -242,6 +245,46 @@ def test_a_pulled_cable_stops_everything_until_somebody_arms_again(tmp_path):
     assert both.parts[1].motors.plant.twist.vx_mps == pytest.approx(0.0, abs=1e-6)
     bench.rig.close()
     both.parts[0].close()
+
+
+class Quiet:
+    def step(self, tick):
+        pass
+
+
+def test_a_core_that_floods_is_named_and_the_base_goes_on(tmp_path):
+    """64 KB a millisecond of its own poll, cut anywhere; then of junk: half frames, another protocol."""
+    line = tmp_path / "core"
+    bench = ByHand(scenario(tmp_path), "core", slamware=f"pty:{line}")
+    rng = random.Random("flood 1")
+    poll = bytes.fromhex("1002f830da")
+    with serial.Serial(str(line), 115200, write_timeout=0) as peer:
+
+        def flood(tick):
+            with suppress(serial.SerialTimeoutException, BlockingIOError):
+                os.write(peer.fileno(), (poll * 4000)[rng.randrange(5) :] if tick % 2 else rng.randbytes(8000))
+
+        bench.run(Quiet(), 100, flood)
+        assert any("floods" in text for _, text in bench.rig.notices)
+        bench.run(Quiet(), 1000)
+    assert bench.bench.base.drive.armed
+    assert bench.bench.world.plant.twist.vx_mps > 0.1
+    assert len([text for _, text in bench.rig.notices if "floods" in text]) == 1
+    bench.rig.close()
+
+
+def test_a_bus_that_floods_is_named_and_the_firmware_is_heard(tmp_path):
+    bench = ByHand(scenario(tmp_path), "base", can="can:virtual:roles-flood")
+    peer = open_can("peer", "can:virtual:roles-flood")
+    bench.run(
+        Quiet(), 15, lambda tick: peer.write([(0x123, bytes(8))] * 300 + [(0x200, bytes([2, 88, 0, 0, 0, 0, 0, 0]))])
+    )
+    assert [text for _, text in bench.rig.notices if "floods" in text]
+    bench.run(Quiet(), 40)
+    assert bench.outs[-1].can_commands == ()
+    assert sum(can_id == 0x200 for out in bench.outs for can_id, _ in out.can_commands) == 15, "no command is lost"
+    bench.rig.close()
+    peer.close()
 
 
 # --- in a process of its own -----------------------------------------------------------------------------------------

@@ -28,8 +28,11 @@ from bench.rc.line import Settings
 if TYPE_CHECKING:
     import can
 
-MOST_FRAMES = 2000
+MOST_FRAMES = 200
 """Read at once, so that a flood cannot hold a loop: a bus at 1 Mbit/s brings at most 22 in a millisecond."""
+FLOOD_READS = 10
+"""So often in a row as much as that: somebody floods the bus."""
+CROSSED_FRAMES = 2000
 MOST_FAILURES = 16
 """In a row, until a bus counts as lost: one junk datagram or one full queue is no lost bus."""
 ANSWER_NS = 300_000_000
@@ -73,6 +76,11 @@ class CanPort(Protocol):
     @property
     def noise(self) -> int:
         """What came and was no frame."""
+        ...
+
+    @property
+    def is_flooded(self) -> bool:
+        """Whether more has come than a real bus could bring; it stays so."""
         ...
 
     @property
@@ -134,6 +142,11 @@ class SlcanPort:
     def noise(self) -> int:
         """Lines that were neither a frame nor an answer."""
         return self._reader.noise_lines
+
+    @property
+    def is_flooded(self) -> bool:
+        """Of the line."""
+        return self.line.is_flooded
 
     def read(self) -> tuple[CanFrame, ...]:
         """A block, cut into its frames."""
@@ -206,8 +219,9 @@ class BusPort:
         self.other_frames = 0
         self.noise = 0
         self.note = ""
+        self.is_flooded = False
         self._address = address
-        self._failures = 0
+        self._failures = self._full_reads = 0
         self._retry_ns = 0
         self._bus: can.BusABC | None = None
         # Over multicast a sender hears itself: what comes back of ours, in the order sent, is not news.
@@ -237,7 +251,10 @@ class BusPort:
             if not self._echoes or not self._is_echo(frame):
                 frames.append(frame)
         else:
+            self._full_reads += 1
+            self.is_flooded = self.is_flooded or self._full_reads >= FLOOD_READS
             return tuple(frames)
+        self._full_reads = 0
         if frames:
             self._failures = 0
         return tuple(frames)
@@ -331,6 +348,7 @@ class _Crossed:
     def __init__(self, name: str, mine: deque[CanFrame], theirs: deque[CanFrame]) -> None:
         self.name, self.where, self.lost, self.note = name, "", "", ""
         self.losses = self.dropped_frames = self.other_frames = self.noise = 0
+        self.is_flooded = False
         self._mine, self._theirs = mine, theirs
 
     def read(self) -> tuple[CanFrame, ...]:
@@ -353,8 +371,8 @@ class _Crossed:
 
 def crossed() -> tuple[CanPort, CanPort]:
     """Two ends of one bus inside the process: what one writes, the other reads."""
-    left: deque[CanFrame] = deque(maxlen=MOST_FRAMES)
-    right: deque[CanFrame] = deque(maxlen=MOST_FRAMES)
+    left: deque[CanFrame] = deque(maxlen=CROSSED_FRAMES)
+    right: deque[CanFrame] = deque(maxlen=CROSSED_FRAMES)
     return _Crossed("sim:", left, right), _Crossed("sim:", right, left)
 
 

@@ -1,11 +1,11 @@
-"""Real ports between base and world: one address string for each wire.
+"""Real wires between our own base and our own world, in the role `sim`: proof that the bytes are real.
 
     sim:                 in the process, the default
     pty:                 a pseudo-terminal pair, pyserial at the base's end
     can:virtual:NAME     python-can's in-process bus, a real `can.Bus` at either end
 
 Each wire carries a tick's bytes from one end to the other and waits for them, so that a run over real ports has the
-same recording as one without. They prove that the bytes are real; foreign devices join here later.
+same recording as one without. Where a part is foreign, `roles` has the ports.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol
 
 from bench.errors import SurroundingsError, UsageError
+from bench.io.address import can_address, serial_address
 from bench.messages import CanFrame, TickInput
 from bench.world import World
 
@@ -199,20 +200,24 @@ class WiredWorld(World):
         self.close()
 
 
-def serial_wire(name: str, address: str) -> PtyWire | None:
+def serial_wire(name: str, text: str) -> PtyWire | None:
     """The serial wire of an address; None is a wire inside the process. Raises UsageError for another address."""
-    if address == "sim:":
+    address = serial_address(f"--{name}", text)
+    if address.is_sim:
         return None
-    if address == "pty:":
+    if address.kind == "pty" and not address.place:
         return PtyWire(name)
-    raise UsageError(f"--{name} {address}: expected sim: or pty:")
+    role = "base" if name == "rc" else "base or core"
+    raise UsageError(f"--{name} {text}: whoever is there is no part of the simulation; give --role {role}")
 
 
-def can_wire(address: str) -> CanWire | None:
+def can_wire(text: str) -> CanWire | None:
     """The CAN wire of an address; None is a wire inside the process. Raises UsageError for another address."""
-    if address == "sim:":
+    if text == "recorded":
+        raise UsageError("--can recorded: goes with a recording; give its directory as SOURCE")
+    address = can_address("--can", text)
+    if address.is_sim:
         return None
-    kind, _, channel = address.removeprefix("can:").partition(":")
-    if address.startswith("can:") and kind == "virtual" and channel:
-        return VirtualCanWire(channel)
-    raise UsageError(f"--can {address}: expected sim:, can:virtual:NAME, or recorded with a recording")
+    if address.interface == "virtual":
+        return VirtualCanWire(address.channel)
+    raise UsageError(f"--can {text}: whoever is there is no part of the simulation; give --role base or --role motors")

@@ -121,6 +121,7 @@ class Rig:
         self.holds_zero = False
         """Real motors get no current until everything is there and the base is disarmed."""
         self._lost: dict[int, str] = {}
+        self._flooded: set[int] = set()
         self._is_armed: Callable[[], bool] = lambda: False
 
     @property
@@ -145,6 +146,9 @@ class Rig:
     def look(self, tick: int) -> None:
         """After a tick: which port has gone or come back."""
         for index, port in enumerate(self.ports):
+            if port.is_flooded and index not in self._flooded:
+                self._flooded.add(index)
+                self.notices.append((tick, f"{port.name}: floods, with more than a real wire could bring"))
             if port.lost:
                 if index not in self._lost:
                     self.losses += 1

@@ -27,7 +27,9 @@ from bench.io.address import SerialAddress, serial_address
 from bench.io.clock import now_ns
 from bench.rc.line import Settings
 
-BLOCK_BYTES = 65536
+BLOCK_BYTES = 8192
+FLOOD_BYTES, FLOOD_READS = 2048, 10
+"""So much at once, so often in a row, is more than any line brings in a millisecond (20 Mbaud): somebody floods it."""
 RETRY_NS = 500_000_000
 EIGHT_N_ONE = Settings(115_200)
 CONNECT_S = 2.0
@@ -48,6 +50,8 @@ class SerialPort(Protocol):
     """How often it was lost."""
     dropped_bytes: int
     """What could not be sent: nobody there, or the line full."""
+    is_flooded: bool
+    """Whether more has come than a real line could bring; it stays so."""
     note: str
     """What the user should know of it."""
 
@@ -81,7 +85,9 @@ class _Line:
         self.lost = ""
         self.losses = 0
         self.dropped_bytes = 0
+        self.is_flooded = False
         self.note = ""
+        self._full_reads = 0
         self._fd = -1
         self._poll: select.poll | None = None
         self._retry_ns = 0
@@ -102,7 +108,7 @@ class _Line:
             if events[0][1] & select.POLLIN:
                 data = os.read(self._fd, BLOCK_BYTES)
                 if data:
-                    return data
+                    return self._counted(data)
             self._lose("the other end has closed it")
         except BlockingIOError:
             pass
@@ -143,6 +149,14 @@ class _Line:
     def close(self) -> None:
         """Give it back."""
         self._let_go()
+
+    def _counted(self, data: bytes) -> bytes:
+        if len(data) < FLOOD_BYTES:
+            self._full_reads = 0
+        else:
+            self._full_reads += 1
+            self.is_flooded = self.is_flooded or self._full_reads >= FLOOD_READS
+        return data
 
     def _use(self, fd: int) -> None:
         os.set_blocking(fd, False)
@@ -252,7 +266,7 @@ class PtyPort(_Line):
         if not events & select.POLLIN:
             return b""
         try:
-            return os.read(self._fd, BLOCK_BYTES)
+            return self._counted(os.read(self._fd, BLOCK_BYTES))
         except OSError:  # the other end closed between the two calls
             return b""
 
