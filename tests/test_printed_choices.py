@@ -81,7 +81,7 @@ def test_the_same_by_the_scenarios_own_key_and_the_command_line_wins(scenario, c
 
 
 def test_a_run_says_which_forms_it_has_and_how_far_its_odometry_ended(scenario, capsys):
-    assert main(["replay", scenario(), "--odometry", "forward-004-as-printed"]) == 0
+    assert main(["replay", scenario(), "--odometry", "forward-004-as-printed"]) == 1, "its wires do not agree"
     said = capsys.readouterr().out
     assert "the odometry is forward-004-as-printed; it ends 0." in said
     assert main(["replay", scenario(), "--controller", "current-as-printed"]) == 0

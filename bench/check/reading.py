@@ -6,6 +6,7 @@ with file, line and what was expected: a comparison with a damaged file would pr
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import fields
@@ -39,6 +40,8 @@ from bench.noise import Noise
 
 if TYPE_CHECKING:
     from bench.check.arrays import CanArrays
+
+_WITNESS = re.compile(r'\((\d+)\.(\d{6})\) "(.*)" (\w+) .* -> ')
 
 
 class Recording:
@@ -176,6 +179,14 @@ class Recording:
     def state(self) -> dict[int, tuple[float | int | str, ...]]:
         """Tick -> row of state.csv, numbers as numbers."""
         return {tick: tuple(map(cell_value, row.decode().split(","))) for tick, _, row in self.entries(STATE_CSV)}
+
+    @cached_property
+    def touches(self) -> list[tuple[int, str, str]]:
+        """(tick, fault, wire) of every touch of a fault; what is no witness is left out."""
+        if not (self.directory / recording.FAULTS_LOG).exists():
+            return []
+        witnesses = map(_WITNESS.match, self.content(recording.FAULTS_LOG).decode("utf-8", "replace").splitlines())
+        return [(int(one[1]) * 1000 + int(one[2]) // 1000, one[3], one[4]) for one in witnesses if one]
 
     def content(self, name: str) -> bytes:
         """A file of the recording, whole; line ends that a checkout has turned are turned back."""

@@ -19,6 +19,7 @@ from pathlib import Path
 from bench.arena import FIELD, Arena, arena_toml, load_arena
 from bench.base import Base
 from bench.check.controllers import Build, Controller, controller_of, is_own, name_of
+from bench.check.crosswire.observer import CrossWire
 from bench.check.expectations import Judge
 from bench.check.faults import KINDS
 from bench.check.faulty import FaultyWorld, Injector
@@ -53,10 +54,12 @@ class Run:
     """Of the scenario's expectations."""
     injector: Injector | None = None
     """Of the scenario's faults."""
+    checks: CrossWire | None = None
+    """Of what the wires say of each other; in every run that is judged."""
     about: str = ""
     """What the scenario says of itself."""
     scenario: bytes | None = None
-    """Its text goes into the recording where it says what the other files there do not: faults and expectations."""
+    """Its text goes into the recording where it says what the other files do not: faults, expectations, checks."""
 
     def recorder(self, directory: Path | str, *, overwrite: bool = False) -> Recorder:
         """A recorder for this run's ticks. Raises RecordingError where the place cannot be written."""
@@ -220,8 +223,9 @@ def run_of(
         info=info_of(built, chosen.name, scenario=scenario.name, seed=scenario.seed, noise=scenario.noise),
         judge=_judge(scenario, bench),
         injector=_injector(scenario, bench),
+        checks=CrossWire(built, bench.state_columns, scenario.checks),
         about=scenario.about,
-        scenario=scenario.text if scenario.faults or scenario.expectations else None,
+        scenario=scenario.text if scenario.says_more else None,
     )
 
 
@@ -247,12 +251,14 @@ def from_capture(
     rc = _rc_by_tick(capture, built, period_ms)
     if not rc:
         raise UsageError(f"{path}: holds no bytes to replay")
+    bench = bench_in(built, load_arena(arena) if arena is not None else FIELD, build=chosen.build)
     return Run(
         title=path.stem,
-        bench=bench_in(built, load_arena(arena) if arena is not None else FIELD, build=chosen.build),
+        bench=bench,
         ticks=max(rc) + 1 + TAIL_TICKS,
         inputs=lambda tick: TickInput(rc[tick]) if tick in rc else NOTHING,
         info=info_of(built, chosen.name),
+        checks=CrossWire(built, bench.state_columns),
     )
 
 
@@ -295,6 +301,8 @@ def from_recording(path: Path, *, recorded_can: bool = False, controller: str | 
         source=recording,
         judge=_judge(scenario, bench) if scenario else None,
         injector=injector,
+        # Beside recorded feedback the plant is a shadow, and knows nothing of those wheels.
+        checks=CrossWire(built, bench.state_columns, scenario.checks if scenario else None, truth=not recorded_can),
         scenario=read_bytes(recording.scenario_file) if recording.scenario_file else None,
     )
 

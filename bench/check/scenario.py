@@ -31,18 +31,22 @@ extends = "base.toml"       # see `inherit`
 when = "link == 'lost'"
 then = "speed_mps < 0.05"
 within_s = 0.5
+
+[checks]                    # see `crosswire.settings`: on unless switched off
+motion = "off"
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from bench.arena import FIELD, Arena, load_arena, read_arena
+from bench.check.crosswire.settings import Checks, read_checks
 from bench.check.expectations import Expectation, read_expectation
 from bench.check.faults import Fault, read_fault
 from bench.check.inherit import read_whole
@@ -74,12 +78,18 @@ class Scenario:
     controller: str | None = None
     odometry: str | None = None
     faults: tuple[Fault, ...] = ()
+    checks: Checks = field(default_factory=Checks)
     arena: Arena = FIELD
     noise: Noise = SILENT
     sticks: tuple[tuple[int, Sticks], ...] = ()
     """(tick, sticks) in order of time; empty where the stream is a capture's."""
     text: bytes = b""
     """What a recording keeps: the file, whole; with what it extends, where it does."""
+
+    @property
+    def says_more(self) -> bool:
+        """Whether it says what the other files of a recording do not."""
+        return bool(self.faults or self.expectations) or self.checks != Checks()
 
 
 def load_scenario(path: Path, *, alone: bool = False) -> Scenario:
@@ -134,6 +144,7 @@ def _read(data: Table, text: bytes, alone: bool) -> Scenario:
         controller=data.get("controller", str, None),
         odometry=data.get("odometry", str, None),
         faults=tuple(map(read_fault, data.tables("fault", optional=True))),
+        checks=read_checks(data.table("checks", optional=True)),
         text=text,
     )
     data.refuse_rest()

@@ -12,11 +12,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 from xml.etree import ElementTree as Xml
 
+from bench.check.conduct import conduct
+from bench.check.crosswire import Outcome
+from bench.check.crosswire.settings import OFF
 from bench.check.expectations import Verdict
+from bench.check.faulty import Touch
 from bench.check.recording import Recorder
 from bench.check.run import Run, from_scenario
-from bench.check.summary import Summary
 from bench.errors import BenchError
+from bench.messages import TickOutput
 
 Given = TypeVar("Given")
 
@@ -50,21 +54,25 @@ class Result:
     verdicts: tuple[Verdict, ...] = ()
     faults: tuple[FaultSpan, ...] = ()
     untouched: tuple[str, ...] = ()
+    checks: tuple[Outcome, ...] = ()
+    """Of what its wires say of each other."""
     columns: tuple[str, ...] = ()
     rows: tuple[tuple[float | int | str, ...], ...] = ()
     """Rows of state, thinned for drawing."""
 
     @property
     def ok(self) -> bool:
-        """It ran, every expectation is met, and every fault touched something."""
-        return not self.error and not self.untouched and all(verdict.ok for verdict in self.verdicts)
+        """It ran, every expectation is met, every fault touched something, and its wires agree."""
+        met = all(verdict.ok for verdict in self.verdicts) and all(outcome.ok for outcome in self.checks)
+        return met and not self.error and not self.untouched
 
     @property
     def reasons(self) -> list[str]:
         """Every reason why it is not."""
         reasons = [self.error] if self.error else []
         reasons += [verdict.text for verdict in self.verdicts if not verdict.ok]
-        return reasons + [f"{name}: this fault touched nothing" for name in self.untouched]
+        reasons += [f"{name}: this fault touched nothing" for name in self.untouched]
+        return reasons + [line for outcome in self.checks if not outcome.ok for line in outcome.lines]
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for --json, without the rows."""
@@ -107,6 +115,9 @@ def junit_xml(results: Sequence[Result]) -> str:
     for result in results:
         cases = [(verdict.name, "" if verdict.ok else verdict.text) for verdict in result.verdicts]
         cases += [(f"fault {name}", "touched nothing") for name in result.untouched]
+        for outcome in result.checks:
+            if outcome.state != OFF:
+                cases.append((f"check {outcome.name}", "" if outcome.ok else "; ".join(outcome.lines)))
         if result.error or not cases:
             cases.append(("runs", result.error))
         failed = sum(bool(why) for _, why in cases)
@@ -132,27 +143,16 @@ def _run(path: Path, record: Path | None, overwrite: bool) -> Result:
 def run_to_end(job: Run, recorder: Recorder | None = None) -> Result:
     """Run it, record it, judge it. `rows` holds every row of state; the recording ends with it, whatever happens."""
     robot = job.bench.robot
-    summary = Summary(len(robot.wheels))
     rows: list[tuple[float | int | str, ...]] = []
     spans: dict[str, list[int]] = {}
-    try:
-        for block in job.blocks():
-            summary.extend(block)
-            if recorder is not None:
-                recorder.extend(block)
-            if job.judge is not None:
-                for out in block:
-                    job.judge.add(out)
-            touches = job.injector.take_touches() if job.injector is not None else []
-            for touch in touches:
-                span = spans.setdefault(touch.fault, [touch.tick, touch.tick, 0])
-                span[1], span[2] = touch.tick, span[2] + 1
-            if touches and recorder is not None:
-                recorder.witness([touch.text for touch in touches])
-            rows += [tuple(out.state) for out in block if out.state is not None]
-    finally:
-        if recorder is not None:
-            recorder.close()
+
+    def keep(block: list[TickOutput], touches: list[Touch]) -> None:
+        rows.extend(tuple(out.state) for out in block if out.state is not None)
+        for touch in touches:
+            span = spans.setdefault(touch.fault, [touch.tick, touch.tick, 0])
+            span[1], span[2] = touch.tick, span[2] + 1
+
+    summary = conduct(job, recorder, after_block=keep)
     return Result(
         path="",
         name=job.title,
@@ -164,6 +164,7 @@ def run_to_end(job: Run, recorder: Recorder | None = None) -> Result:
         verdicts=tuple(job.judge.verdicts()) if job.judge else (),
         faults=tuple(FaultSpan(name, *span) for name, span in spans.items()),
         untouched=tuple(job.injector.untouched()) if job.injector else (),
+        checks=tuple(job.checks.outcomes()) if job.checks else (),
         columns=job.bench.state_columns,
         rows=tuple(rows),
     )

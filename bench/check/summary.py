@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from bench.base import Base
+from bench.check.crosswire.finding import check_lines
 from bench.check.run import Run
 from bench.config import CONTROL_KINDS
 from bench.messages import StateRow, TickOutput
@@ -98,6 +99,7 @@ class Summary:
             "controller": run.info.controller or run.bench.robot.control.kind,
             "odometry": run.bench.robot.odometry,
             "bus_findings": list(run.bench.bus_findings),
+            "checks": [outcome.as_dict() for outcome in run.checks.outcomes()] if run.checks else [],
             **({"bad_currents": bad} if (bad := run.bench.world.plant.bad_currents) else {}),
         }
 
@@ -140,4 +142,4 @@ class Summary:
         findings = run.bench.bus_findings
         if findings:
             lines.append(f"bus       {len(findings)} finding{'s' * (len(findings) > 1)}; the newest: {findings[-1]}")
-        return lines
+        return lines + (check_lines(run.checks.outcomes()) if run.checks is not None else [])

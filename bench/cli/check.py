@@ -1,4 +1,4 @@
-"""`wheelbench check RUN [GOLDEN]`: compare, and say in words what differs."""
+"""`wheelbench check RUN [GOLDEN]`: compare, and say in words what differs; and whether RUN's own wires agree."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare; exit status 0 when nothing differs beyond what is allowed, 1 when something does."""
+    """Compare, and hold the run's wires against each other; exit status 1 when something is not as it should be."""
+    from bench.check.crosswire.finding import check_lines
+    from bench.check.crosswire.recorded import outcomes_of
     from bench.check.golden import told
     from bench.check.reading import Recording
     from bench.demo import golden_directory
@@ -38,9 +40,14 @@ def run(args: argparse.Namespace) -> int:
     if args.update_pinned:
         return _pin(args)
     golden = args.golden or golden_directory()
-    found = told(Recording.open(args.run), golden, args.tolerance)
-    print(json.dumps(found.as_dict()) if args.json else "\n".join(found.lines))
-    return EXIT_OK if found.ok else EXIT_FAILED
+    recording = Recording.open(args.run)
+    found = told(recording, golden, args.tolerance)
+    outcomes = outcomes_of(recording)
+    if args.json:
+        print(json.dumps(found.as_dict() | {"checks": [outcome.as_dict() for outcome in outcomes]}))
+    else:
+        print("\n".join(found.lines + check_lines(outcomes)))
+    return EXIT_OK if found.ok and all(outcome.ok for outcome in outcomes) else EXIT_FAILED
 
 
 def _pin(args: argparse.Namespace) -> int:

@@ -8,6 +8,8 @@ import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from bench.check.conduct import conduct
+from bench.check.faulty import Touch
 from bench.check.recording import Recorder
 from bench.check.run import Run
 from bench.check.summary import Summary
@@ -21,29 +23,17 @@ BAR_EVERY_BLOCKS = 5
 def execute(run: Run, recorder: Recorder | None = None, *, quiet: bool = False) -> tuple[Summary, float]:
     """Run to the end; returns what happened and how many times faster than real time it was.
 
-    Ctrl-C and SIGTERM end the run after a whole block of ticks, and the recorder is closed whatever happens: nothing
-    already recorded is lost. Raises KeyboardInterrupt for either.
+    Ctrl-C and SIGTERM end the run after a whole block of ticks, with its recording closed. Raises KeyboardInterrupt for
+    either.
     """
-    summary = Summary(len(run.bench.robot.wheels))
-    judge, injector = run.judge, run.injector
     started_ns = now_ns()
     with asked_to_stop() as asked:
-        try:
-            for block in _with_bar(run, quiet):
-                if recorder is not None:
-                    recorder.extend(block)
-                summary.extend(block)
-                if judge is not None:
-                    for out in block:
-                        judge.add(out)
-                touches = injector.take_touches() if injector is not None else []
-                if touches and recorder is not None:
-                    recorder.witness([touch.text for touch in touches])
-                if asked:
-                    raise KeyboardInterrupt
-        finally:
-            if recorder is not None:
-                recorder.close()
+
+        def stop_if_asked(_block: list[TickOutput], _touches: list[Touch]) -> None:
+            if asked:
+                raise KeyboardInterrupt
+
+        summary = conduct(run, recorder, blocks=_with_bar(run, quiet), after_block=stop_if_asked)
     took_ns = max(1, now_ns() - started_ns)
     return summary, summary.ticks * 1e6 / took_ns
 

@@ -52,6 +52,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the source to its end, print what happened, compare where there is something to compare with."""
     import tempfile
 
+    from bench.check.conduct import shortcomings
     from bench.check.golden import Told, told
     from bench.check.reading import Recording
     from bench.check.run import from_source
@@ -119,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
             print(
                 f"FAULT     {name}: touched nothing, so the run proves nothing about it; check its times and condition"
             )
-    met = all(one.ok for one in verdicts) and not untouched
+    met = not shortcomings(job)
     return EXIT_OK if met and (comparison is None or comparison.ok) else EXIT_FAILED
 
 

@@ -45,7 +45,7 @@ def to_show(run: Run, golden: Recording | None, pacer: Pacer) -> Stage:
     golden = golden or run.source
     lamp = GoldenLamp(golden) if golden is not None else None
     summary = Summary(len(run.bench.robot.wheels))
-    takers: list[Taker] = [summary, *([lamp] if lamp is not None else [])]
+    takers: list[Taker] = [summary, *(taker for taker in (lamp, run.checks) if taker is not None)]
     motors = run.bench.world.motors
     shared = [motors.recorded] if isinstance(motors, RecordedMotors) else []
     link = InlineLink(run.bench, run.inputs, pacer, takers=takers, ticks=run.ticks, remembers=True, shared=shared)

@@ -44,10 +44,10 @@ class BusJudge:
         self._of_motors = {FEEDBACK_ID + number for number in boards} | set(gyros)
         self._most_rate = check.rate_hz * (1 + RATE_SPARE) * BLOCK_TICKS / 1000 + EDGE_FRAMES
         self._bits = check.bitrate * BLOCK_TICKS // 1000
-        self._lines = [
+        self._lines: list[tuple[str, float, Callable[[Block], tuple[bytes, ...]]]] = [
             ("requests to the base", check.slamware_baud / 10, lambda block: block.requests),
             ("answers of the base", check.slamware_baud / 10, lambda block: block.answers),
-        ]  # type: list[tuple[str, float, Callable[[Block], tuple[bytes, ...]]]]
+        ]
         if robot.rc is not None:
             baud, bits = _rc_line(robot.rc.protocol)
             self._lines.append((f"RC bytes ({robot.rc.protocol})", baud / bits, lambda block: block.rc))
@@ -64,7 +64,7 @@ class BusJudge:
         self._look_at_ids(block, block.feedback, self._of_motors, self._of_base)
         self._look_at_time(block)
         for name, bytes_per_s, column in self._lines:
-            sent = sum(map(len, column(block)))
+            sent = len(b"".join(column(block)))
             room = bytes_per_s * BLOCK_TICKS / 1000
             self._used[name] = max(self._used[name], sent / room)
             if sent > room + EDGE_BYTES:
@@ -91,7 +91,11 @@ class BusJudge:
                     self._watch.foreign(block.first, can_id)
             elif self._family.message(can_id, length) is None:
                 self._watch.report(Kind.LENGTH, block.first, can_id)
-        if pattern is not None and len(block) == BLOCK_TICKS and before == (0, 0) == (len(self._found), len(self._watch.findings)):
+        if (
+            pattern is not None
+            and len(block) == BLOCK_TICKS
+            and before == (0, 0) == (len(self._found), len(self._watch.findings))
+        ):
             self._usual.add((pattern, owned is self._of_base))
 
     def _look_at_time(self, block: Block) -> None:

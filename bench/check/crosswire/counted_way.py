@@ -1,4 +1,4 @@
-"""Where some wheels' counts have come to: summed counts through the wheels' kinematics, in steps of 10 ms or less."""
+"""Where some wheels' counts have come to: summed counts through the wheels' kinematics, in steps of 20 ms or less."""
 
 from __future__ import annotations
 
@@ -20,23 +20,20 @@ class CountedWay:
         self._way = Way()
         self.reached: list[int] = [0] * len(wheels)
         """What each wheel had counted at the tick that was asked for last."""
-        self._last: list[int] = self.reached
-        self._columns: list[list[int]] = []
+        self._before: list[int] = self.reached
         self._first = 0
 
     def take(self, block: Block) -> None:
         """The next block."""
-        if self._columns:
-            self._last = [sums[-1] for sums in self._columns]
-        self._columns, self._first = self.counts.take(block), block.first
+        self._before, self._first = self.counts.take(block), block.first
 
     def at(self, tick: int) -> Way:
         """The way until the end of this tick."""
         place = tick - self._first
-        sums = [column[place] for column in self._columns] if place >= 0 else self._last
-        before = self.reached
-        if sums != before:
-            steps = zip(sums, before, self.counts.rad_per_count, strict=True)
+        sums = self.counts.sums(place) if place >= 0 else self._before
+        reached = self.reached
+        if sums != reached:
+            steps = zip(sums, reached, self.counts.rad_per_count, strict=True)
             self._way = self._way.turned_by(*self._fit([(now - then) * rad for now, then, rad in steps]))
             self.reached = sums
         return self._way

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from bench.check.crosswire.settings import EXPECTED, OFF
+from bench.check.crosswire.settings import EXPECTED, OFF, ON
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,3 +61,14 @@ class Outcome:
 def span(first_tick: int, last_tick: int) -> str:
     """A stretch of time for people."""
     return f"{first_tick / 1000:.3f} to {last_tick / 1000:.3f} s"
+
+
+def check_lines(outcomes: Sequence[Outcome]) -> list[str]:
+    """One line for the checks that found nothing, one for each finding: capitals where a run fails by it."""
+    quiet = [one for one in outcomes if one.state == ON and one.ok]
+    used = ", ".join(f"{one.name} {one.used:.0%}" for one in quiet)
+    lines = [f"checks    the wires agree; used of what is allowed: {used}"] if quiet else []
+    for one in outcomes:
+        if one not in quiet:
+            lines += [f"{'check' if one.ok else 'CHECK':10}{line}" for line in one.lines]
+    return lines

@@ -37,16 +37,8 @@ class Answer(NamedTuple):
     frame: SlamwareFrame
     request: Request | None
     excused: bool
-
-    @property
-    def fits(self) -> bool:
-        """Whether its status and size are those of an answer to its request."""
-        request, frame = self.request, self.frame
-        if request is None or frame.code == ERROR:
-            return True
-        if request.code in (SYNC, ECHO):
-            return (frame.code, frame.payload) == (request.code, request.payload)
-        return frame.code == OK and (request.code != CONTROL_BUS or reads(request.payload, frame.payload) is not None)
+    fits: bool = True
+    """Whether status and size are those of an answer to its request."""
 
 
 class Exchanged(NamedTuple):
@@ -103,7 +95,7 @@ class Ledger:
             excused = self._is_muddled(tick)
             if self._open:
                 request = self._open.popleft()
-                found.answers.append(Answer(tick, event, request, excused or request.excused))
+                found.answers.append(Answer(tick, event, request, excused or request.excused, _fits(request, event)))
             elif self._overdue:
                 self._overdue -= 1
             else:
@@ -119,3 +111,11 @@ class Ledger:
             request = self._open.popleft()
             self._overdue += 1
             found.lost.append(request._replace(excused=request.excused or self._is_muddled(tick)))
+
+
+def _fits(request: Request, frame: SlamwareFrame) -> bool:
+    if frame.code == ERROR:
+        return True
+    if request.code in (SYNC, ECHO):
+        return (frame.code, frame.payload) == (request.code, request.payload)
+    return frame.code == OK and (request.code != CONTROL_BUS or reads(request.payload, frame.payload) is not None)

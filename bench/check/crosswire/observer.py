@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.check.crosswire.answers import AnswersJudge
@@ -10,10 +10,9 @@ from bench.check.crosswire.block import BLOCK_TICKS, Block
 from bench.check.crosswire.buses import BusJudge
 from bench.check.crosswire.finding import Finding, Outcome
 from bench.check.crosswire.ledger import Ledger
-from bench.check.crosswire.odometry import OdometryJudge
+from bench.check.crosswire.motion import MotionJudge
 from bench.check.crosswire.rest import RestJudge
 from bench.check.crosswire.settings import OFF, Checks
-from bench.check.reading import Recording, as_outputs
 from bench.config import Robot
 from bench.messages import TickOutput
 
@@ -30,11 +29,11 @@ class CrossWire:
         self._block: list[TickOutput] = []
         self._touches: dict[str, tuple[int, int]] = {}
         self._ledger = Ledger(checks.answers.within_ms)
-        self._odometry = OdometryJudge(robot, state_columns, checks.odometry, truth=truth)
+        self._motion = MotionJudge(robot, state_columns, checks.motion, truth=truth)
         self._rest = RestJudge(robot, state_columns, checks.rest_current)
         self._answers = AnswersJudge(checks.answers)
         self._bus = BusJudge(robot, checks.bus)
-        self._runs_odometry = checks.odometry.state != OFF
+        self._runs_motion = checks.motion.state != OFF
         self._runs_rest = checks.rest_current.state != OFF and truth
         self._runs_bus = checks.bus.state != OFF
 
@@ -64,7 +63,7 @@ class CrossWire:
         """At the end of the run, in the order of the settings."""
         if self._block:
             self._look()
-        found = [self._odometry.outcome(), self._rest.outcome(), self._answers.outcome(), self._bus.outcome()]
+        found = [self._motion.outcome(), self._rest.outcome(), self._answers.outcome(), self._bus.outcome()]
         return [
             replace(one, findings=() if one.state == OFF else tuple(map(self._with_faults, one.findings)))
             for one in found
@@ -75,8 +74,8 @@ class CrossWire:
         self._block = []
         exchanged = self._ledger.take(block)
         self._answers.take(exchanged)
-        if self._runs_odometry:
-            self._odometry.take(block, exchanged)
+        if self._runs_motion:
+            self._motion.take(block, exchanged)
         if self._runs_rest:
             self._rest.take(block, exchanged)
         if self._runs_bus:
@@ -92,17 +91,7 @@ class CrossWire:
         if not acted:
             return finding
         names = ", ".join(acted[:MOST_FAULTS_NAMED])
-        acted_then = f"{'faults' if len(acted) > 1 else 'fault'} {names}{' and more' * (len(acted) > MOST_FAULTS_NAMED)}"
+        acted_then = (
+            f"{'faults' if len(acted) > 1 else 'fault'} {names}{' and more' * (len(acted) > MOST_FAULTS_NAMED)}"
+        )
         return replace(finding, text=f"{finding.text} (the {acted_then} acted then)")
-
-
-def check_recording(
-    recording: Recording, robot: Robot, checks: Checks | None = None, touches: Iterable[tuple[int, str, str]] = ()
-) -> list[Outcome]:
-    """The checks on a run that is over. Raises RecordingError where the recording cannot be read."""
-    found = CrossWire(robot, recording.state_columns, checks)
-    for tick, fault, wire in touches:
-        found.touched(tick, fault, wire)
-    for out in as_outputs(recording):
-        found.add(out)
-    return found.outcomes()

@@ -40,12 +40,14 @@ class RestJudge:
         motor = robot.motor
         self._allowed_a = check.current_a or FRICTION_SHARE * motor.coulomb_nm / motor.torque_nm_per_a
         self._profile = robot.rc
-        self._decoder: Decoder | None = None
+        self._decoder: rc_decode.Decoder | None = None
         messages = family(robot)
         self._raw_per_a = messages.raw_per_a
         self._wheels = {FEEDBACK_ID + wheel.can_id: number for number, wheel in enumerate(robot.wheels, 1)}
-        self._twist = columns.index("vx_mps")
-        self._speeds = [columns.index(f"wheel{number}_radps") for number in self._wheels.values()]
+        # Wheels first: a wheel that turns says it soonest.
+        self._still = [(columns.index(f"wheel{number}_radps"), STILL_WHEEL_RADPS) for number in self._wheels.values()]
+        self._still += [(columns.index(name), STILL_MPS) for name in ("vx_mps", "vy_mps")]
+        self._still.append((columns.index("omega_radps"), STILL_RADPS))
         self._still_since: int | None = None
         self._asked_tick = -SETTLE_TICKS
         self._core_asks = False
@@ -85,9 +87,7 @@ class RestJudge:
             self._core_asks = asks[-1][1]
 
     def _look_at(self, tick: int, row: StateRow, block: Block, index: int) -> None:
-        vx, vy, omega = row[self._twist : self._twist + 3]
-        is_still = -STILL_MPS < vx < STILL_MPS and -STILL_MPS < vy < STILL_MPS and abs(omega) < STILL_RADPS  # type: ignore[operator,arg-type]
-        if not is_still or any(abs(float(row[place])) >= STILL_WHEEL_RADPS for place in self._speeds):
+        if any(abs(float(row[place])) >= most for place, most in self._still):
             self._still_since, self._in_rest = None, False
             return
         if self._still_since is None:
@@ -128,16 +128,12 @@ class RestJudge:
     def outcome(self) -> Outcome:
         """At the end of the run."""
         allowed_ma = 1000 * self._allowed_a
-        findings = tuple(
-            Finding(
-                f"motor {wheel} draws up to {1000 * self._worst[wheel]:.0f} mA in a robot that stands as it is told, where"
-                f" {allowed_ma:.0f} mA are allowed, {span(one.first_tick, one.last_tick)}",
-                one.first_tick,
-                one.last_tick,
-                one.count,
-            )
-            for wheel, one in sorted(self._found.items())
-        )
+        findings = []
+        for wheel, one in sorted(self._found.items()):
+            when = span(one.first_tick, one.last_tick)
+            text = f"motor {wheel} draws up to {1000 * self._worst[wheel]:.0f} mA in a robot that stands as it is told,"
+            text += f" where {allowed_ma:.0f} mA are allowed, {when}"
+            findings.append(Finding(text, one.first_tick, one.last_tick, one.count))
         if self._rests:
             measured = (
                 f"at most {1000 * self._most_a:.0f} of {allowed_ma:.0f} mA in {self._rest_ms / 1000:.1f} s of standing"
@@ -145,7 +141,7 @@ class RestJudge:
         else:
             measured = "never stood long enough to be judged"
         used = self._most_a / self._allowed_a if self._allowed_a else 0.0
-        return Outcome("rest_current", self._check.state, findings, self._rests, measured, used)
+        return Outcome("rest_current", self._check.state, tuple(findings), self._rests, measured, used)
 
 
 def _is_motion(code: int, payload: bytes) -> bool:
@@ -160,7 +156,7 @@ def _moves(payload: bytes) -> bool:
 def _deflected(frame: RcFrame, profile: Profile) -> bool:
     """Whether a stick is outside of its dead-band."""
     for axis in (profile.forward, profile.right, profile.clockwise):
-        if axis.channel < len(frame.channels):
-            if abs(frame.channels[axis.channel] - axis.middle) > profile.dead_band * axis.travel:
-                return True
+        most = profile.dead_band * axis.travel
+        if axis.channel < len(frame.channels) and abs(frame.channels[axis.channel] - axis.middle) > most:
+            return True
     return False

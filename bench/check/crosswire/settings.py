@@ -1,7 +1,7 @@
 """The `[checks]` table of a scenario: which checks of the wires run, and what they allow.
 
     [checks]
-    odometry = "off"                # or "expected": the run fails where it finds nothing; "on" unless given
+    motion = "off"                  # or "expected": the run fails where it finds nothing; "on" unless given
 
     [checks.rest_current]           # a table changes what is allowed
     current_a = 0.05
@@ -13,7 +13,7 @@ Angles are degrees in the file and radians from here on.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from bench.config import Table, nearest
@@ -22,7 +22,7 @@ ON, OFF, EXPECTED = STATES = ("on", "off", "expected")
 
 
 @dataclass(frozen=True, slots=True)
-class OdometryCheck:
+class MotionCheck:
     """How far two tellings of the same way may be apart after a second, beyond what slip explains."""
 
     state: str = ON
@@ -66,7 +66,7 @@ class BusCheck:
 class Checks:
     """All four."""
 
-    odometry: OdometryCheck = field(default_factory=OdometryCheck)
+    motion: MotionCheck = field(default_factory=MotionCheck)
     rest_current: RestCurrentCheck = field(default_factory=RestCurrentCheck)
     answers: AnswersCheck = field(default_factory=AnswersCheck)
     bus: BusCheck = field(default_factory=BusCheck)
@@ -74,40 +74,45 @@ class Checks:
 
 def read_checks(data: Table) -> Checks:
     """The settings of a `[checks]` table. Raises ConfigError with file, key and the nearest valid one."""
-    settings = {one.name: _read(data, one.name, one.default_factory()) for one in fields(Checks)}  # type: ignore[misc]
+    plain = Checks()
+    settings = {one.name: _read(data, one.name, getattr(plain, one.name)) for one in fields(Checks)}
     data.refuse_rest()
     return Checks(**settings)
 
 
-def _read(data: Table, name: str, default: Any) -> Any:
-    kind = type(default)
+def _read(data: Table, name: str, plain: Any) -> Any:
+    """One check: a word for its state, or a table of what it allows."""
     if not data.has(name):
-        return default
+        return plain
     if not isinstance(data.values[name], dict):
-        return kind(state=_state(data, name))
+        return replace(plain, state=_state(data, name))
     table = data.table(name)
     values: dict[str, Any] = {}
-    for one in fields(kind):
+    for one in fields(plain):
+        value = getattr(plain, one.name)
         if one.name == "state":
             values["state"] = _state(table, "state")
         elif one.name.endswith("_rad"):
             key = one.name.removesuffix("_rad") + "_deg"
-            values[one.name] = math.radians(_positive(table, key, math.degrees(one.default)))
+            values[one.name] = math.radians(_positive(table, key, math.degrees(value)))
         else:
-            values[one.name] = _positive(table, one.name, one.default)
+            values[one.name] = _positive(table, one.name, value)
     table.refuse_rest()
-    return kind(**values)
+    return replace(plain, **values)
 
 
 def _state(table: Table, key: str) -> str:
     state: str = table.get(key, str, ON)
     if state not in STATES:
-        raise table.fail(key, f"expected 'on', 'off', 'expected', or a table; got {state!r}{nearest(state, [*STATES])}")
+        raise table.fail(key, f"expected 'on', 'off', 'expected' or a table; got {state!r}{nearest(state, [*STATES])}")
     return state
 
 
-def _positive(table: Table, key: str, default: Any) -> Any:
-    value = table.get(key, type(default), default)
-    if value <= 0 and key in table.known and value != default:
+def _positive(table: Table, key: str, plain: Any) -> Any:
+    """A number more than 0; where the file is silent, what is allowed anyway."""
+    if not table.has(key):
+        return plain
+    value = table.get(key, type(plain))
+    if value <= 0:
         raise table.fail(key, f"expected more than 0, got {value}")
     return value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from bench.check.crosswire.way import Way
 from bench.config import Robot
@@ -39,8 +39,8 @@ class Truth:
 
     def take(self, tick: int, row: StateRow) -> Body:
         """The row of a tick."""
-        x_m, y_m, heading, vx, vy, omega = map(float, row[self._pose : self._pose + 6])
-        speeds = [float(row[place]) for place in self._speeds]
+        x_m, y_m, heading, vx, vy, omega = cast(Sequence[float], row[self._pose : self._pose + 6])
+        speeds = cast(list[float], [row[place] for place in self._speeds])
         slip = 0.0, 0.0
         if vx or vy or omega or any(speeds):
             rolled_x, rolled_y, rolled_turn = self._kinematics.fit(speeds)

@@ -20,6 +20,7 @@ allowance against their counts: it must tell what they say.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -28,7 +29,7 @@ from bench.check.crosswire.block import Block
 from bench.check.crosswire.counted_way import CountedWay
 from bench.check.crosswire.finding import Finding, Outcome, span
 from bench.check.crosswire.ledger import Answer, Exchanged
-from bench.check.crosswire.settings import OdometryCheck
+from bench.check.crosswire.settings import MotionCheck
 from bench.check.crosswire.truth import Body, Truth
 from bench.check.crosswire.way import Way
 from bench.check.crosswire.wheels import WheelWords
@@ -39,18 +40,23 @@ from bench.slamware.commands import GET_BASE_MOTOR_DATA, SET_V_AND_GET_DEADRECKO
 from bench.slamware.framing import CONTROL_BUS, OK
 from bench.slamware.payloads import (
     OMNI_MOTOR_DATA_BYTES,
+    DeadReckon,
     Displacement,
     dead_reckon_from_answer,
     motor_data_from_answer,
 )
 
 WINDOW_TICKS = 1000
+ROWS_EACH = 2
+"""Every other row of state will do: between two, 20 ms apart, a body in a bend at 1 m/s and 5 m/s2 is 0.3 mm beside the
+even motion that is taken for its own."""
 SLIP_SPARE = 1.5
-"""Slip is read every 10 ms; what comes and goes between two rows is estimated from their worse one."""
+"""Slip is read every 20 ms; what comes and goes between two rows is estimated from their worse one."""
 GYRO_DEVIATIONS = 4.0
 """Of a gyro's noise, as its file has it: more comes once in 16,000 windows."""
 COUNTS, DEAD, TRUTH = "the encoder counts on CAN", "the dead wheels' counts on CAN", "the truth"
 TOLD = {SET_V_AND_GET_DEADRECKON: "SLAMWARE 0x41", GET_BASE_MOTOR_DATA: "SLAMWARE 0x31"}
+_TELLING = tuple(bytes((code,)) for code in TOLD)
 
 
 class Instant(NamedTuple):
@@ -78,10 +84,10 @@ class _Pair:
     worst_measure: str = ""
 
 
-class OdometryJudge:
+class MotionJudge:
     """Takes blocks, and what the ledger made of their SLAMWARE bytes. Without `truth` only the wires are compared."""
 
-    def __init__(self, robot: Robot, columns: Sequence[str], check: OdometryCheck, *, truth: bool = True) -> None:
+    def __init__(self, robot: Robot, columns: Sequence[str], check: MotionCheck, *, truth: bool = True) -> None:
         self._check = check
         kinematics = Kinematics(robot.wheels)
         self._driven = CountedWay(robot.wheels, kinematics)
@@ -104,73 +110,76 @@ class OdometryJudge:
         self._driven.take(block)
         if self._dead is not None:
             self._dead.take(block)
-        # An answer speaks of the feedback that the base has had: of the tick before it.
-        events = [(block.first + place, 0, None) for place in block.row_places]
-        events += [(answer.tick - 1, 1, answer) for answer in exchanged.answers]  # type: ignore[misc]
-        events.sort(key=_by_time)
-        for tick, _, answer in events:
-            if answer is None:
-                row = block.states[tick - block.first]
-                assert row is not None
-                self._take_row(tick, row)
-            else:
-                self._take_answer(tick, answer)
+        answers = deque(answer for answer in exchanged.answers if _tells(answer))
+        for place in block.row_places[::ROWS_EACH]:
+            tick, row = block.first + place, block.states[place]
+            assert row is not None
+            # An answer speaks of the feedback that the base has had: of the tick before it.
+            while answers and answers[0].tick - 1 < tick:
+                self._take_answer(answers.popleft())
+            self._take_row(tick, row)
+        while answers:
+            self._take_answer(answers.popleft())
 
-    def _instant(self, tick: int) -> Instant:
+    def _instant(self, tick: int, told: Way | None = None, truth: Body | None = None) -> Instant:
         dead = self._dead.at(tick) if self._dead is not None else None
-        return Instant(tick, self._driven.at(tick), dead)
+        return Instant(tick, self._driven.at(tick), dead, told, truth)
 
     def _take_row(self, tick: int, row: StateRow) -> None:
         """A row of state: the truth, which also places the answers since the row before it."""
+        self._driven.at(tick)
+        if self._dead is not None:
+            self._dead.at(tick)
         truth = self._truth
         if truth is None:
-            self._driven.at(tick)
             return
         body = truth.take(tick, row)
-        now = self._instant(tick)._replace(truth=body)
         self._wheels.take_row(tick, row, self._driven.reached)
-        for code, instant in self._waiting:
-            self._end_told(code, instant._replace(truth=truth.at(instant.tick)))
-        self._waiting.clear()
+        if self._waiting:
+            for code, instant in self._waiting:
+                self._end_told(code, instant._replace(truth=truth.at(instant.tick)))
+            self._waiting.clear()
         since = self._since_row
         if since is None:
-            self._since_row = now if self._driven.counts.complete else None
+            self._since_row = self._instant(tick, None, body) if self._driven.counts.complete else None
         elif tick - since.tick >= WINDOW_TICKS:
             assert since.truth is not None
-            moved = body.way.since(since.truth.way)
+            now, moved = self._instant(tick, None, body), body.way.since(since.truth.way)
             self._compare(COUNTS, TRUTH, since, now, now.counts.since(since.counts), moved, slips=True)
             if now.dead is not None and since.dead is not None:
                 self._compare(DEAD, TRUTH, since, now, now.dead.since(since.dead), moved)
             self._since_row = now
 
-    def _take_answer(self, tick: int, answer: Answer) -> None:
-        """A displacement that the base tells."""
-        moved = _displacement(answer)
-        if moved is None or answer.request is None:
+    def _take_answer(self, answer: Answer) -> None:
+        """A displacement that the base tells; it may end a window."""
+        assert answer.request is not None
+        code, told = answer.request.payload[0], _displacement(answer)
+        self._told[code] = way = self._told[code].moved_by(told.dx_m, told.dy_m, told.dtheta_rad)
+        tick, since = answer.tick - 1, self._since_told[code]
+        if since is not None and tick - since.tick < WINDOW_TICKS:
             return
-        code = answer.request.payload[0]
-        self._told[code] = told = self._told[code].moved_by(*moved)
-        now = self._instant(tick)._replace(told=told)
+        now = self._instant(tick, way)
         if self._truth is None:
             self._end_told(code, now)
-        else:
+        elif not any(waiting == code for waiting, _ in self._waiting):
             self._waiting.append((code, now))
 
     def _end_told(self, code: int, now: Instant) -> None:
-        """An answer whose place in the truth is known may end a window."""
+        """An answer that begins or ends a window, and whose place in the truth is known where there is one."""
         since = self._since_told[code]
         if since is None:
             # The first answer after boot throws earlier motion away.
             self._since_told[code] = now if self._driven.counts.complete else None
-        elif now.tick - since.tick >= WINDOW_TICKS:
-            assert since.told is not None and now.told is not None
-            told, name = now.told.since(since.told), TOLD[code]
-            slips = self._has_more_than_wheels
-            self._compare(name, COUNTS, since, now, told, now.counts.since(since.counts), slips=slips)
-            if now.truth is not None and since.truth is not None:
-                moved = now.truth.way.since(since.truth.way)
-                self._compare(name, TRUTH, since, now, told, moved, slips=True)
-            self._since_told[code] = now
+            return
+        assert since.told is not None
+        assert now.told is not None
+        told, name = now.told.since(since.told), TOLD[code]
+        slips = self._has_more_than_wheels
+        self._compare(name, COUNTS, since, now, told, now.counts.since(since.counts), slips=slips)
+        if now.truth is not None and since.truth is not None:
+            moved = now.truth.way.since(since.truth.way)
+            self._compare(name, TRUTH, since, now, told, moved, slips=True)
+        self._since_told[code] = now
 
     def _compare(
         self, one: str, other: str, since: Instant, now: Instant, first: Way, second: Way, *, slips: bool = False
@@ -233,25 +242,24 @@ class OdometryJudge:
             worst = max(pairs, key=lambda pair: pair.worst)
             measured = f"{judged} windows; at most {worst.worst_measure} between {worst.one} and {worst.other}"
         used = max((pair.worst for pair in pairs), default=0.0)
-        return Outcome("odometry", self._check.state, tuple(findings), judged, measured, used)
+        return Outcome("motion", self._check.state, tuple(findings), judged, measured, used)
 
 
-def _by_time(event: tuple[int, int, Answer | None]) -> tuple[int, int]:
-    return event[0], event[1]
-
-
-def _displacement(answer: Answer) -> Displacement | None:
-    """What an answer tells of the way since the one before it; None where it tells nothing of that."""
+def _tells(answer: Answer) -> bool:
+    """Whether an answer tells the way since the one before it."""
     request, frame = answer.request, answer.frame
-    if request is None or request.code != CONTROL_BUS or frame.code != OK or not answer.fits:
-        return None
-    code = request.payload[0] if request.payload else None
-    if code == SET_V_AND_GET_DEADRECKON:
-        told = dead_reckon_from_answer(frame.payload)
-        return Displacement(told.dx_m, told.dy_m, told.dtheta_rad)
-    if code == GET_BASE_MOTOR_DATA and len(frame.payload) >= OMNI_MOTOR_DATA_BYTES:
-        return motor_data_from_answer(frame.payload).displacement
-    return None
+    if request is None or request.code != CONTROL_BUS or frame.code != OK or request.payload[:1] not in _TELLING:
+        return False
+    return answer.fits and (request.payload[0] != GET_BASE_MOTOR_DATA or len(frame.payload) >= OMNI_MOTOR_DATA_BYTES)
+
+
+def _displacement(answer: Answer) -> Displacement | DeadReckon:
+    assert answer.request is not None
+    if answer.request.payload[0] == SET_V_AND_GET_DEADRECKON:
+        return dead_reckon_from_answer(answer.frame.payload)
+    told = motor_data_from_answer(answer.frame.payload).displacement
+    assert told is not None  # `_tells` has looked at the size
+    return told
 
 
 def _said(way: Way) -> str:
