@@ -298,7 +298,8 @@ class ScenarioFile(pytest.File):
 
 
 class ScenarioItem(pytest.Function):
-    """Runs a scenario with the project's controller; fails where an expectation is not met or a fault touched nothing.
+    """Runs a scenario with the project's controller; fails where an expectation is not met, a fault touched nothing, or
+    the wires do not agree.
 
     It is a test function as others are: `tmp_path`, `controller` and what a conftest applies to every test are there.
     """

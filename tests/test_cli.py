@@ -206,7 +206,8 @@ def test_replay_says_who_is_on_the_bus_that_should_not_be(call, tmp_path):
     ]
     log.write_text("\n".join(lines) + "\n")
     status, out, _ = call("replay", run, "--can", "recorded")
-    assert status == 0
+    assert status == 1
+    assert "CHECK     bus: 0x205 unknown ESC" in out
     # Born in tick 0, a frame reaches the base in tick 1; that of the last tick reaches nobody.
     assert "bus       1 finding; the newest: 0x205 unknown ESC, 99 times since 0.001 s: an ESC with ID 5" in out
     (finding,) = json.loads(call("replay", run, "--can", "recorded", "--json")[1])["bus_findings"]

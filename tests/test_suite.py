@@ -63,13 +63,13 @@ def test_the_order_and_the_results_do_not_depend_on_the_processes(files, capsys)
     assert facts[1]["expectations"][0]["margin"] == -2.0
 
 
-def test_junit_has_a_case_for_each_expectation(files, tmp_path):
+def test_junit_has_a_case_for_each_expectation_fault_and_check(files, tmp_path):
     report = tmp_path / "junit.xml"
     main(["replay", *files, "--jobs", "1", "--junit", str(report)])
     suites = Xml.parse(report).getroot()
     assert [(s.get("name"), s.get("tests"), s.get("failures")) for s in suites] == [
-        ("stands <well>", "1", "0"),
-        ("cannot", "2", "2"),
+        ("stands <well>", "5", "0"),
+        ("cannot", "6", "2"),
         ("wrong", "1", "1"),
     ]
     assert suites.find(".//failure").get("message") == "moves & how: failed at 0.000 s, by 2"

@@ -60,7 +60,8 @@ class Ledger:
         self._from_core, self._from_base = FrameDecoder(), FrameDecoder()
         self._open: deque[Request] = deque()
         self._overdue = 0  # answers that may still come, to requests that count as lost
-        self._undecoded = 0
+        self._undecoded = 0  # bytes of requests that have made no frame yet, and when bytes came last
+        self._fed_tick = 0
         self._clear_tick = -1
 
     def take(self, block: Block) -> Exchanged:
@@ -76,15 +77,21 @@ class Ledger:
         return found
 
     def _ask(self, tick: int, data: bytes, found: Exchanged) -> None:
-        self._undecoded += len(data)
-        for event in self._from_core.feed(data, tick):
-            self._undecoded -= event.length
+        events = self._from_core.feed(data, tick)
+        for event in events:
             if not isinstance(event, SlamwareFrame):
-                self._clear_tick = tick + IDLE_TICKS + self._within
-                continue
-            request = Request(tick, event.code, event.payload, self._is_muddled(tick))
-            found.requests.append(request)
-            self._open.append(request)
+                # Reported when something follows: it came with the bytes before these, if all of it did.
+                came = self._fed_tick if event.length <= self._undecoded else tick
+                self._clear_tick = max(self._clear_tick, came + IDLE_TICKS + self._within)
+        for event in events:
+            self._undecoded -= event.length
+        self._undecoded += len(data)
+        self._fed_tick = tick
+        for event in events:
+            if isinstance(event, SlamwareFrame):
+                request = Request(tick, event.code, event.payload, self._is_muddled(tick))
+                found.requests.append(request)
+                self._open.append(request)
 
     def _answer(self, tick: int, data: bytes, found: Exchanged) -> None:
         for event in self._from_base.feed(data, tick):
@@ -103,7 +110,7 @@ class Ledger:
 
     def _is_muddled(self, tick: int) -> bool:
         if self._undecoded:
-            self._clear_tick = max(self._clear_tick, tick + IDLE_TICKS + self._within)
+            self._clear_tick = max(self._clear_tick, self._fed_tick + IDLE_TICKS + self._within)
         return tick <= self._clear_tick
 
     def _give_up(self, tick: int, found: Exchanged) -> None:
