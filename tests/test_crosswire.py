@@ -243,7 +243,8 @@ def test_who_is_pushed_or_told_to_go_may_draw_what_it_needs(run, tmp_path):
     conduct(job)
     assert job.checks.outcomes()[REST].ok
     # Against a wall: it stands, draws all it may, and was asked to.
-    wall = "[arena]\nlength_m = 1.0\nwidth_m = 1.0\n[[stick]]\nat_s = 0.1\naux1 = true\n[[stick]]\nat_s = 0.3\nforward = 0.8"
+    sticks = "[[stick]]\nat_s = 0.1\naux1 = true\n[[stick]]\nat_s = 0.3\nforward = 0.8"
+    wall = f"[arena]\nlength_m = 1.0\nwidth_m = 1.0\n{sticks}"
     text = f'schema = 1\nname = "wall"\nseconds = 4.0\n{wall}\n'
     (tmp_path / "wall.toml").write_text(text)
     leaning = from_scenario(tmp_path / "wall.toml")
