@@ -16,6 +16,7 @@ from textual import constants, events
 from textual.app import App, ComposeResult
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
+from textual.drivers.web_driver import WebDriver
 
 from bench.check.reading import Recording
 from bench.check.recording import Recorder
@@ -27,6 +28,7 @@ from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard
 from bench.screen.layout import Place
 from bench.screen.mouse_sticks import pad_of
+from bench.screen.page import Page
 from bench.screen.panel import BACKGROUND, FOREGROUND, Panel
 from bench.screen.session import Session
 from bench.screen.settings import SettingsFile
@@ -131,9 +133,10 @@ class Dashboard(App[None], inherit_bindings=False):
         return self._driver if isinstance(self._driver, Terminal) else None
 
     def get_driver_class(self) -> type[Driver]:
-        """Ours in place of Textual's for terminals; any other (a browser's) as it is."""
+        """Ours in place of Textual's, for terminals and browsers; any other (a test's) as it is."""
         driver = super().get_driver_class()
-        return Terminal if driver is LinuxDriver else driver
+        ours: dict[type[Driver], type[Driver]] = {LinuxDriver: Terminal, WebDriver: Page}
+        return ours.get(driver, driver)
 
     def frame(self) -> None:
         """One frame: the ticks that are due, then the picture."""
@@ -296,12 +299,14 @@ def _open(
         settings=settings,
     )
     app = Dashboard(session)
-    for name in ("COLUMNS", "LINES"):
+    in_browser = constants.DRIVER is not None
+    for name in () if in_browser else ("COLUMNS", "LINES"):
         os.environ.pop(name, None)  # where they are set (readline does), they would stand for the size for ever
     try:
         # A terminal's mouse stays its own, for selecting text, until M asks for it; a browser's has nothing else to do.
-        app.run(mouse=constants.DRIVER is not None)
+        app.run(mouse=in_browser)
     finally:
+        session.leave(patience=False)  # a page that was closed, or a screen that failed, asks for nothing more
         session.link.close()
         if session.keyboard is not None:
             session.keyboard.close()

@@ -23,7 +23,9 @@ ONLY_IN = {
     "random": ("check/faulty.py",),  # a seeded generator for each fault
     "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
     "signal": ("cli/headless.py", "tui.py", "io/process_link.py"),
-    "asyncio": (),
+    "asyncio": ("screen/web.py",),  # whose turn it is, among pages; nothing of the bench
+    "aiohttp": ("screen/web.py",),
+    "textual_serve": ("screen/web.py",),
     "numpy": ("check/",),  # whole logs at once; never in the tick, where the last bit would be a library's
     "pytest": ("pytest_plugin.py",),
 }

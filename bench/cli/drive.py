@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from bench.screen.keyboard import Keyboard
     from bench.screen.settings import SettingsFile
 
+WEB_PORT = 8000
 HELP = "the dashboard: drive the simulated robot by keyboard, or watch a recording"
 
 
@@ -42,6 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--slamware", metavar="PORT", default="sim:", help="with --role: where core or base is")
     add_role(parser)
+    parser.add_argument("--web", action="store_true", help="in a browser on this machine (needs the extra `web`)")
+    parser.add_argument("--port", metavar="N", type=int, default=WEB_PORT, help=f"with --web: its port ({WEB_PORT})")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -73,7 +78,9 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--replay: nothing drives a recording; leave --gamepad and --rc out")
     if args.gamepad_map is not None and args.gamepad is None:
         raise UsageError("--gamepad-map: goes with --gamepad")
-    if not has_terminal():
+    if args.web:
+        return _serve(args)
+    if not has_terminal() and not _in_browser():
         raise SurroundingsError(
             "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
         )
@@ -86,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
         recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
         from bench.tui import show
 
-        return show(job, recorder, settings=settings, tell=print)
+        return show(job, recorder, settings=settings, tell=_tell)
 
     from bench.arena import FIELD, load_arena
     from bench.check.controllers import controller_of
@@ -106,11 +113,56 @@ def run(args: argparse.Namespace) -> int:
         link = driven_link(args, job)  # before the screen: its process shall have nothing of that
         from bench.tui import drive_ports
 
-        return drive_ports(link, job, keyboard, str(args.record or ""), tell=print)
+        return drive_ports(link, job, keyboard, str(args.record or ""), tell=_tell)
     recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
     from bench.tui import drive
 
-    return drive(job, keyboard, recorder, settings=settings, tell=print)
+    return drive(job, keyboard, recorder, settings=settings, tell=_tell)
+
+
+def _in_browser() -> bool:
+    """Whether this is the process of a page: textual-serve says so."""
+    return bool(os.environ.get("TEXTUAL_DRIVER"))
+
+
+def _tell(line: str) -> None:
+    # A page's stdout belongs to textual-serve, which passes on what it finds on stderr.
+    print(line, file=sys.stderr if _in_browser() else sys.stdout)
+
+
+def _serve(args: argparse.Namespace) -> int:
+    """The same dashboard to a browser: each page starts this command again, without --web."""
+    from bench.errors import EXIT_OK, SurroundingsError, UsageError
+
+    if args.role != "sim":
+        raise UsageError("--web: drives the simulated robot; real parts want a terminal, whose silence stops them")
+    if not 1 <= args.port <= 65535:
+        raise UsageError(f"--port: expected 1 to 65535, got {args.port}")
+    try:
+        from bench.screen.web import DashboardServer, record_directory
+    except ImportError as error:
+        raise SurroundingsError(f"--web: {error.name} is not installed; pip install 'wheelbench[web]'") from None
+
+    def command(drive: int) -> list[str]:
+        words = [sys.executable, "-m", "bench", "drive"]
+        for name in _PASSED_ON:
+            value = getattr(args, name)
+            words += [f"--{name.replace('_', '-')}", str(value)] if value is not None else []
+        words += ["--record", str(record_directory(args.record, drive))] if args.record is not None else []
+        return words + (["--overwrite"] if args.overwrite else [])
+
+    try:
+        DashboardServer(command, args.port, lambda line: print(line, flush=True)).serve()
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise SurroundingsError(f"--web: port {args.port} cannot be used ({why}); give another --port") from None
+    return EXIT_OK
+
+
+_PASSED_ON = (
+    "robot", "arena", "profile", "controller", "odometry", "replay", "can", "rc", "gamepad", "gamepad_map",
+)  # fmt: skip
+"""Options of a page's process that are those of the server."""
 
 
 def _robot(args: argparse.Namespace, settings: SettingsFile) -> Robot:

@@ -285,7 +285,7 @@ class Session:
     def say(self, notice: str) -> None:
         """A sentence for the person, for a while."""
         if notice:
-            self._notice, self._notice_frames = notice, NOTICE_FRAMES
+            self._notice, self._notice_frames = notice, max(NOTICE_FRAMES, len(notice))  # what is longer takes longer
 
     def _advance(self) -> None:
         link = self.link
