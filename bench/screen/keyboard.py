@@ -193,6 +193,8 @@ class Keyboard:
         self._stopping_until = 0
         self._heard.clear()
         self.core_asks, self._core_told = False, True
+        if self.source == RECEIVER:
+            self.cut = True  # nobody knows how its sticks and switches stand
 
     def set_like(self, other: Keyboard, rate: float) -> None:
         """Take over what a person has set at another robot's keyboard: how far keys push, the mouse, the terminal."""

@@ -241,8 +241,8 @@ class Working:
             directory = self.tape.directory
             self._end_tape()
             return f"recorded {directory}" if not self._finishing else f"{directory} is being written out"
-        if job is None:
-            return "this run cannot be recorded from here"
+        if job is None or link.history is None:
+            return "this run is recorded only from its start: --record DIR"
         directory = next_directory(self.folder, link.bench.robot.name)
         try:
             tape = self._new_tape(job, directory)
