@@ -287,7 +287,6 @@ def _open(
     if settings is not None and keyboard is not None:
         keyboard.sticks.power_percent = settings.values.power_percent
         stage.link.pacer.set_rate(settings.values.rate)
-        keyboard.set_rate(settings.values.rate)
     session = Session(
         stage.link,
         keyboard=keyboard,

@@ -61,10 +61,20 @@ def test_a_key_grants_120_ms_to_the_tick():
 def test_in_slow_motion_a_lease_is_120_ms_of_the_wall_and_never_more_of_the_robot():
     keys = KeySticks()
     for rate, ticks in ((0.1, 12), (0.5, 60), (1.0, 120), (4.0, 120)):
-        keys.set_rate(rate)
+        keys.set_time(rate, 0)
         keys.press("w", 0)
         assert keys.sticks(ticks - 1) == Sticks(forward=0.5), rate
         assert keys.sticks(ticks) == Sticks(), rate
+
+
+def test_a_lease_makes_room_for_a_lead():
+    """On real ports what is done now counts some ticks later: the lead and the lease are 150 ms less a frame."""
+    keys = KeySticks()
+    for lead, ticks in ((0, 120), (20, 120), (80, 60), (250, 10)):
+        keys.set_time(1.0, lead)
+        keys.press("w", 1000)
+        assert keys.sticks(1000 + ticks - 1) == Sticks(forward=0.5), lead
+        assert keys.sticks(1000 + ticks) == Sticks(), lead
 
 
 def test_where_releases_are_told_a_key_is_held_by_proofs_of_life_until_it_is_let_go():

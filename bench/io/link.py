@@ -50,6 +50,9 @@ class InlineLink:
     to the takers in their order. `remembers` keeps the run so far, with `shared` as in `History`.
     """
 
+    lead_ticks = 0
+    """What an operator does now takes effect in the next tick."""
+
     def __init__(
         self,
         bench: Bench,

@@ -149,6 +149,11 @@ class ProcessLink:
         return self._made_tick if self._operator else self._tick
 
     @property
+    def lead_ticks(self) -> int:
+        """How much later what an operator does now takes effect."""
+        return self._lead_ticks if self._operator else 0
+
+    @property
     def newest_tick(self) -> int:
         """The same."""
         return self.now_tick

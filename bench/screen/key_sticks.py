@@ -14,6 +14,8 @@ from __future__ import annotations
 from bench.rc.transmitter import Sticks
 
 KEY_LEASE_MS = 120
+LEAST_LEASE_MS = 10
+WITHIN_MS, FRAME_MS = 150, 10
 SILENT_HOLD_MS = 1000
 """The longest that a key is held without any event of the keyboard: longer than the longest delay before repeats."""
 
@@ -24,6 +26,13 @@ MOTION = {
     "q": (TURN, 1.0), "e": (TURN, -1.0),
 }  # fmt: skip
 """Key -> axis and sense: forward, left and counter-clockwise are positive."""
+
+
+def lease_ticks(rate: float, lead_ticks: int) -> int:
+    """A lease is never longer than its milliseconds, neither the robot's nor the wall's, and it makes room for a lead:
+    zero is commanded `WITHIN_MS` after the last sign of a hand, a frame of the transmitter included.
+    """
+    return max(LEAST_LEASE_MS, min(round(KEY_LEASE_MS * min(1.0, rate)), WITHIN_MS - FRAME_MS - lead_ticks))
 
 
 class KeySticks:
@@ -39,9 +48,9 @@ class KeySticks:
         self._until: dict[str, int] = {}  # the key pressed last stands last
         self._heard_tick = 0
 
-    def set_rate(self, rate: float) -> None:
-        """Simulated time runs so fast: a lease is never longer than its milliseconds, neither theirs nor the wall's."""
-        self._lease_ticks = max(1, round(KEY_LEASE_MS * min(1.0, rate)))
+    def set_time(self, rate: float, lead_ticks: int) -> None:
+        """Simulated time runs so fast, and what is done now counts so many ticks later."""
+        self._lease_ticks = lease_ticks(rate, lead_ticks)
         self._silent_ticks = round(SILENT_HOLD_MS * rate)
 
     def press(self, key: str, now_tick: int) -> None:

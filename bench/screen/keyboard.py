@@ -157,10 +157,10 @@ class Keyboard:
         if self.sticks.proven:
             self.mouse.alive(now_tick)
 
-    def set_rate(self, rate: float) -> None:
-        """Simulated time runs so fast."""
-        self.sticks.set_rate(rate)
-        self.mouse.set_rate(rate)
+    def set_time(self, rate: float, lead_ticks: int) -> None:
+        """Simulated time runs so fast, and what is done now counts so many ticks later."""
+        self.sticks.set_time(rate, lead_ticks)
+        self.mouse.set_time(rate, lead_ticks)
 
     def hands(self, now_tick: int) -> Hands:
         """What is to be shown of all this."""
@@ -196,7 +196,7 @@ class Keyboard:
         if self.source == RECEIVER:
             self.cut = True  # nobody knows how its sticks and switches stand
 
-    def set_like(self, other: Keyboard, rate: float) -> None:
+    def set_like(self, other: Keyboard) -> None:
         """Take over what a person has set at another robot's keyboard: how far keys push, the mouse, the terminal."""
         self.sticks.power_percent, self.sticks.releases = other.sticks.power_percent, other.sticks.releases
         self.mouse.on = other.mouse.on
@@ -204,7 +204,6 @@ class Keyboard:
         self.sources = self._there()
         self.source = other.source if other.source in self.sources else KEYS
         self.let_go()
-        self.set_rate(rate)
 
     def _there(self) -> tuple[str, ...]:
         """The sources that can drive this robot. A receiver speaks one protocol."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from bench.rc.transmitter import Sticks
-from bench.screen.key_sticks import KEY_LEASE_MS
+from bench.screen.key_sticks import KEY_LEASE_MS, lease_ticks
 
 SILENT_DRAG_MS = 3000
 """The longest that the mouse may hold a stick without moving by a cell."""
@@ -59,9 +59,9 @@ class MouseSticks:
         self._until = 0
         self._moved_tick = 0
 
-    def set_rate(self, rate: float) -> None:
-        """As `KeySticks.set_rate`."""
-        self._lease_ticks = max(1, round(KEY_LEASE_MS * min(1.0, rate)))
+    def set_time(self, rate: float, lead_ticks: int) -> None:
+        """As `KeySticks.set_time`."""
+        self._lease_ticks = lease_ticks(rate, lead_ticks)
         self._silent_ticks = round(SILENT_DRAG_MS * rate)
 
     def press(self, x: int, y: int, pad: Pad, now_tick: int) -> bool:

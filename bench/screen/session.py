@@ -202,7 +202,7 @@ class Session:
     def restage(self, stage: Stage | None, keyboard: Keyboard | None) -> None:
         """Work on another run from now on, or on the same with hands at it."""
         if keyboard is not None and self.keyboard is not None:
-            keyboard.set_like(self.keyboard, self.link.pacer.rate)
+            keyboard.set_like(self.keyboard)
         self.keyboard = keyboard
         self._result = ()
         self._recording = ""
@@ -278,8 +278,6 @@ class Session:
         pacer = self.link.pacer
         nearest = min(range(len(RATES)), key=lambda i: abs(RATES[i] - pacer.rate))
         pacer.set_rate(RATES[max(0, min(len(RATES) - 1, nearest + step))])
-        if self.keyboard is not None:
-            self.keyboard.set_rate(pacer.rate)
         self.say(f"time runs ×{pacer.rate:g}")
 
     def say(self, notice: str) -> None:
@@ -297,6 +295,8 @@ class Session:
         except Exception as error:  # what ended a run in another process
             self._fail(error)
             return
+        if self.keyboard is not None:
+            self.keyboard.set_time(link.pacer.rate, link.lead_ticks)
         if link.pacer.slipped_ticks != slipped:
             self.hands_off()  # away for longer than a burst: no key is held any more
         self._run(lambda: link.run(due))
