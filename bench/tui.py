@@ -162,9 +162,12 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def _age_ms(self, at_s: float) -> int:
         """How long ago what was received then may have been done."""
-        now, terminal = now_ns(), self.terminal
+        terminal = self.terminal
+        if terminal is None:
+            return 0
+        now = now_ns()
         age_ms = int(now / 1e6 - at_s * 1e3)
-        return max(age_ms, terminal.watch.age_ms(now)) if terminal is not None and terminal.watch.answers else age_ms
+        return max(age_ms, terminal.watch.age_ms(now)) if terminal.watch.answers else age_ms
 
     def _point(self, event: events.MouseEvent) -> None:
         """The mouse, for the sticks that are drawn for it. The screen's edge is where it leaves the window."""
