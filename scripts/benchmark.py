@@ -7,6 +7,7 @@
                 and against a bare pymunk step of the same body
     simulators  the bench beside MuJoCo and ir-sim, in a throw-away environment (scripts/simulators.py)
     decoders    an RC frame through its decoder
+    lockstep    foreign firmware in C: the link, a whole run, a reset (benchmarks/lockstep.py)
     compare     two logs of a million frames compared, causes and all, against python-can's reader and a plain loop
     dashboard   its share of a core, its drawing beside stock widgets, its start (benchmarks/dashboard.py)
     peers       the decoders beside other Python packages, in a throw-away environment (scripts/peers.py)
@@ -37,7 +38,7 @@ from statistics import median
 from typing import NamedTuple
 
 import pymunk
-from benchmarks import dashboard
+from benchmarks import dashboard, lockstep
 from benchmarks.table import Row, Sample, table, verdict
 
 from bench import rc_decode
@@ -379,6 +380,7 @@ PIECES = {
     "robots": Piece(measure_robots, report_robots),
     "decoders": Piece(measure_decoders, report_decoders),
     "dashboard": Piece(dashboard.measure, dashboard.report),
+    "lockstep": Piece(lockstep.measure, lockstep.report),
     "compare": Piece(measure_compare, report_compare),
     "peers": Piece(measure_peers, report_peers),
     "simulators": Piece(measure_simulators, report_simulators),
