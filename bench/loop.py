@@ -15,9 +15,10 @@ from bench.arena import FIELD, ORIGIN, Arena
 from bench.base import Base, ControlledBase
 from bench.canbus.watch import Finding
 from bench.config import Robot, load_robot
-from bench.messages import STATE_PERIOD_TICKS, ZERO_TWIST, Pose, Snapshot, TickInput, TickOutput
+from bench.messages import FOREIGN_BASE, STATE_PERIOD_TICKS, ZERO_TWIST, Pose, Snapshot, TickInput, TickOutput
 from bench.noise import SILENT, Noise
 from bench.odometry import wrap
+from bench.onlooker import Onlooker
 from bench.plant import Plant
 from bench.reckoning import DRIVEN_WHEELS
 from bench.sensors import ArenaSenses
@@ -43,6 +44,7 @@ class Bench:
         self._has_more = bool(more)
         start = world.plant.pose
         self._start = start if start != ORIGIN else None
+        self.onlooker = None if isinstance(base, Base) else Onlooker(world.robot)
         if isinstance(base, Base):  # a foreign base has sensors of its own
             base.slave.senses = ArenaSenses(world.robot, world.plant, world.plant.arena)
 
@@ -52,6 +54,8 @@ class Bench:
         rc, core_to_base, can_in = self.world.speak(tick, given)
         can_commands, base_to_core = self.base.step(tick, rc, core_to_base, can_in)
         can_feedback = self.world.hear(tick, can_commands, base_to_core)
+        if self.onlooker is not None:
+            self.onlooker.step(tick, rc)
         state = self._state_row(tick) if tick % STATE_PERIOD_TICKS == 0 else None
         self.now_tick = tick + 1
         return _new_output(TickOutput, (tick, rc, core_to_base, base_to_core, can_commands, can_feedback, state))
@@ -94,7 +98,7 @@ class Bench:
             row += (link.state if link else "no rc", int(base.drive.armed), base.drive.driver)
             wanted = base.wanted_radps
         else:
-            row += (0.0, 0.0, 0.0, "foreign base", 0, "foreign base")
+            row += (0.0, 0.0, 0.0, FOREIGN_BASE, 0, FOREIGN_BASE)
             wanted = [0.0] * len(plant.wheel_speeds_radps)
         for speeds in zip(wanted, plant.wheel_speeds_radps, plant.currents_a, strict=True):
             row += speeds
@@ -159,31 +163,35 @@ def _snapshot(bench: Bench) -> Snapshot:
 
 
 def _foreign_snapshot(bench: Bench) -> Snapshot:
-    """Nobody can look into a foreign base: where it believes to be, and what it means to do, are not shown."""
-    plant, wheels = bench.world.plant, bench.robot.wheels
+    """Nobody can look into a foreign base: where it believes to be, and what it means to do, are not known. `driver`
+    says so. The RC link is shown as our own receiver has it, the core as it sees itself.
+    """
+    plant, wheels, core = bench.world.plant, bench.robot.wheels, bench.world.core
+    onlooker, last_tick = bench.onlooker or Onlooker(bench.robot), bench.now_tick - 1
+    link = onlooker.link
     return Snapshot(
         tick=bench.now_tick,
         pose=plant.pose,
         twist=plant.twist,
         odometry=plant.pose,
-        link="foreign base",
-        link_reason="this base is not ours: it is seen by its wires",
-        link_age_ms=None,
+        link=link.state if link else "no rc",
+        link_reason=link.reason if link else "this robot takes the core alone",
+        link_age_ms=link.age_ticks(last_tick) if link else None,
         armed=False,
         why_disarmed="only this base knows whether it is armed",
-        driver="foreign base",
+        driver=FOREIGN_BASE,
         field_centric=False,
-        sticks=(0.0, 0.0, 0.0),
-        rc_frame=None,
-        rc_frames=0,
-        rc_noise_bytes=0,
+        sticks=onlooker.sticks,
+        rc_frame=link.frame if link else None,
+        rc_frames=link.frames if link else 0,
+        rc_noise_bytes=link.noise_bytes if link else 0,
         wheel_names=tuple(wheel.name for wheel in wheels),
         wheel_wanted_radps=(0.0,) * len(wheels),
         wheel_radps=tuple(plant.wheel_speeds_radps),
         wheel_current_a=tuple(plant.currents_a),
         current_limit_a=bench.robot.limits.current_a,
-        core_alive=False,
-        core_connected=False,
+        core_alive=core is not None,
+        core_connected=core is not None and core.connected,
         core_twist=ZERO_TWIST,
         bus_findings=bench.bus_findings,
     )

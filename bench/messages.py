@@ -112,6 +112,10 @@ class TickOutput(NamedTuple):
 STATE_PERIOD_TICKS = 10
 
 
+FOREIGN_BASE = "foreign base"
+"""In the place of what only our own base knows of itself: who drives, whether the link is alive to it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Snapshot:
     """One instant of a bench, for people: SI units, radians, wheel order. Taken at screen rate, never per tick."""

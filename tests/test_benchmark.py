@@ -30,6 +30,10 @@ def demo_factors(*values):
     return dict(zip(("m2006 CPU", "m2006 wall", "dm3519 CPU", "dm3519 wall"), values, strict=True))
 
 
+def lockstep(link, factor, reset):
+    return {"link": link, **dict.fromkeys(("superloop", "interrupts", "rtos"), factor), "reset": reset}
+
+
 def frames(log_file):
     """(tick, id, data) of every frame, as python-can reads them."""
     with can.LogReader(log_file) as log:
@@ -90,6 +94,8 @@ def test_the_command_line_loads_nothing_heavy():
         ("demo", demo_factors(29.0, 31.0, 21.0, 23.0), ["MISSED", "ok", "MISSED", "ok"]),
         ("reference", {"bench": 1.0, "libraries": 4.0}, ["ok", ""]),
         ("reference", {"bench": 1.0, "libraries": 3.9}, ["MISSED", ""]),
+        ("lockstep", lockstep(0.4, 15.0, 5.0), ["ok"] * 5),
+        ("lockstep", lockstep(0.399, 14.9, 5.01), ["MISSED"] * 5),
         ("help", {"bare": 0.010, "help": 0.059, "heavy": 0.0}, ["ok", "ok"]),
         ("help", {"bare": 0.010, "help": 0.061, "heavy": 1.0}, ["MISSED", "MISSED"]),
     ],

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from compilers import needs_compiler
+from desk import M2006, Granted, pass_ticks
 
 from bench.__main__ import main
 from bench.check.failsafe import RED, losses, run_cell
@@ -20,6 +21,13 @@ from bench.config import load_robot
 from bench.dut import firmware as firmware_module
 from bench.dut.firmware import FirmwareBase, firmware_of
 from bench.errors import ControllerFailed
+from bench.io.link import InlineLink
+from bench.loop import Bench, simulated
+from bench.messages import TickInput
+from bench.screen.keyboard import Keyboard
+from bench.screen.session import Session
+from bench.screen.status import status
+from bench.screen.wheels import wheels
 from bench.slamware import FrameDecoder
 
 ROOT = Path(__file__).parents[1]
@@ -469,6 +477,37 @@ def test_odometry_of_the_example_is_the_robots_own_way(tmp_path, capsys):
             heading += math.radians(turn_deg)
     end = json.loads(out)["end"]
     assert (x, y, heading) == pytest.approx(end, abs=0.003)
+
+
+def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
+    """Armed and driven by keys; nothing is told of it that only our own base would know."""
+    fixed = firmware_of(EXAMPLES / "superloop" / "fixed.toml")
+    keyboard = Keyboard(M2006.rc)
+    bench = Bench(fixed(M2006), simulated(M2006).world)
+    link = InlineLink(bench, keyboard.inputs, Granted(), remembers=True)
+    session = Session(link, keyboard=keyboard)
+    pass_ticks(session, 300)
+    session.key("enter")
+    pass_ticks(session, 300)
+    for _ in range(20):
+        session.key("w")
+        pass_ticks(session, 30)
+    scene = session.scene()
+    assert scene.snapshot.pose.x_m > 0.05, "it drives"
+    assert scene.snapshot.rc_frames == bench.now_tick // 10
+    text = ["".join(word for word, _ in line) for panel in (status, wheels) for line in panel(scene, 100, 20)]
+    assert any("FOREIGN BASE  seen by its wires" in line for line in text), text
+    assert any("odo off" in line and "mm" not in line for line in text)
+    assert any(line.startswith(" front right       - ") for line in text)
+    assert not any("ARMED" in line or "robot-centric" in line for line in text)
+    assert link.history.why_blind == "the base is foreign, so it cannot be taken back"
+
+
+def test_a_crash_under_the_dashboard_is_the_same_sentence(bad):
+    bench = Bench(bad(), simulated(M2006).world)
+    link = InlineLink(bench, lambda tick: TickInput(b"n" if tick == 5 else b""), Granted())
+    with pytest.raises(ControllerFailed, match="crashed: SIGSEGV"):
+        link.run(100)
 
 
 # --- dut init --------------------------------------------------------------------------------------------------------

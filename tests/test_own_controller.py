@@ -209,12 +209,6 @@ def test_a_file_that_is_no_python_is_told_with_its_line(project, capsys):
     assert "broken.py: cannot be loaded: invalid syntax in broken.py:2" in error
 
 
-def test_the_dashboard_says_why_it_cannot_show_it(project, capsys):
-    status, _, error = said(capsys, "drive", "--controller", "mine.py:Forward")
-    assert status == 2
-    assert "the dashboard shows what only the bench's own base knows" in error
-
-
 def test_the_failsafe_matrix_judges_it_by_its_wires(project, capsys):
     # The example's controller loses the link after 60 ms of silence; it knows no flag, no zeros and no other axis.
     status, out, _ = said(capsys, "failsafe", "--controller", OURS, "--only", "restart", "--jobs", "1")

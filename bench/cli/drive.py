@@ -67,13 +67,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--replay: a recording brings its own robot and profile; leave --robot and --profile out")
     if args.replay is not None and args.arena is not None:
         raise UsageError("--replay: a recording brings its own arena; leave --arena out")
-    if args.replay is not None and (args.controller is not None or args.odometry is not None):
+    if args.replay is not None and (args.odometry or (args.controller and not is_own(args.controller))):
         raise UsageError("--replay: a recording brings its own controller and odometry; leave those options out")
-    if is_own(args.controller):
-        raise UsageError(
-            "--controller: the dashboard shows what only the bench's own base knows; put yours to "
-            "`wheelbench replay`, `wheelbench failsafe` or pytest"
-        )
     if args.replay is not None and (args.gamepad is not None or args.rc != "sim:"):
         raise UsageError("--replay: nothing drives a recording; leave --gamepad and --rc out")
     if args.gamepad_map is not None and args.gamepad is None:
@@ -89,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
     settings = SettingsFile(settings_path())
     if args.replay is not None:
-        job = from_recording(args.replay, recorded_can=args.can == "recorded")
+        job = from_recording(args.replay, recorded_can=args.can == "recorded", controller=args.controller)
         recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
         from bench.tui import show
 

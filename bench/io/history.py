@@ -157,7 +157,8 @@ class History:
         try:
             self._take(subject)
         except (pickle.PicklingError, TypeError, AttributeError):
-            self.why_blind = "a fault of this run waits for a condition, so it cannot be taken back"
+            what = "the base is foreign" if subject.bench.onlooker else "a fault of this run waits for a condition"
+            self.why_blind = f"{what}, so it cannot be taken back"
         self.note = self.inputs.add
         """(tick, what enters it)."""
 

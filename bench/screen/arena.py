@@ -8,7 +8,7 @@ from functools import lru_cache
 from bench.arena import ORIGIN, Arena, Obstacle, Patch
 from bench.config import Robot
 from bench.fittings import Bumper
-from bench.messages import Pose
+from bench.messages import FOREIGN_BASE, Pose
 from bench.screen.canvas import Canvas
 from bench.screen.scene import Scene
 from bench.screen.text import (
@@ -125,7 +125,8 @@ def _draw(view: _View, scene: Scene) -> None:
         canvas.sign(*view.at(x_m, y_m), "×", WARN)
     if scene.zoom:
         _beams(view, scene)
-    canvas.sign(*view.at(snapshot.odometry.x_m, snapshot.odometry.y_m), "+", GHOST)
+    if snapshot.driver != FOREIGN_BASE:
+        canvas.sign(*view.at(snapshot.odometry.x_m, snapshot.odometry.y_m), "+", GHOST)
     _robot(view, scene)
 
 

@@ -6,7 +6,7 @@ import math
 
 from bench.config import Axis, Button
 from bench.link import DEGRADED, HOLD, LIVE, NEVER_SEEN
-from bench.messages import RcFrame, Snapshot
+from bench.messages import FOREIGN_BASE, RcFrame, Snapshot
 from bench.odometry import wrap
 from bench.screen.scene import Scene
 from bench.screen.text import BAD_BADGE, GOOD, GOOD_BADGE, LABEL, PLAIN, WARN, WARN_BADGE, Line, signed
@@ -35,7 +35,9 @@ def _state(scene: Scene) -> list[_Row]:
     snapshot = scene.snapshot
     badge = (" ARMED ", GOOD_BADGE) if snapshot.armed else (" DISARMED ", WARN_BADGE)
     view = "field-centric" if snapshot.field_centric else "robot-centric"
-    driver = _DRIVERS.get(snapshot.driver, "nobody drives")
+    driver = f"{_DRIVERS.get(snapshot.driver, 'nobody drives')}, {view}"
+    if snapshot.driver == FOREIGN_BASE:
+        badge, driver = (" FOREIGN BASE ", GOOD_BADGE), "seen by its wires"
     link = snapshot.link
     role = _LINK_ROLES.get(link, BAD_BADGE)
     words: Line = [_label("link"), (f" {link.upper()} " if role == BAD_BADGE else link, role)]
@@ -46,7 +48,7 @@ def _state(scene: Scene) -> list[_Row]:
     else:
         reason = (f"{snapshot.rc_frames} frames, {snapshot.rc_noise_bytes} bytes of noise", LABEL)
     return [
-        (0, [(" ", PLAIN), badge, (f" {driver}, {view}", PLAIN)]),
+        (0, [(" ", PLAIN), badge, (f" {driver}", PLAIN)]),
         (2, [_label("why"), _why(scene)]),
         (1, words),
         (9, [_label(""), reason]),
@@ -92,6 +94,7 @@ def _motion(snapshot: Snapshot) -> list[_Row]:
     off_deg = math.degrees(abs(wrap(guess.heading_rad - pose.heading_rad)))
     slip = f"slip {snapshot.slip_radps:.2f}" if snapshot.slip_radps is not None else ""
     slips = snapshot.slip_radps is not None and snapshot.slip_radps > snapshot.slip_limit_radps
+    off = (f"{off_mm:.1f} mm", f"{off_deg:.2f} deg") if snapshot.driver != FOREIGN_BASE else ("-", "-")
     place = f"x {signed(pose.x_m, 6, 3)} m", f"y {signed(pose.y_m, 6, 3)} m"
     return [
         (4, _row("twist", *_twist(snapshot.twist))),
@@ -100,9 +103,9 @@ def _motion(snapshot: Snapshot) -> list[_Row]:
             8,
             [
                 _label("odo off"),
-                (f"{off_mm:.1f} mm".rjust(COLUMN), PLAIN),
+                (off[0].rjust(COLUMN), PLAIN),
                 (slip.rjust(COLUMN), WARN if slips else PLAIN),
-                (f"{off_deg:.2f} deg".rjust(COLUMN), PLAIN),
+                (off[1].rjust(COLUMN), PLAIN),
             ],
         ),
     ]

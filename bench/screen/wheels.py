@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from bench.config import Wheel
 from bench.kinematics import Kinematics
-from bench.messages import BodyTwist
+from bench.messages import FOREIGN_BASE, BodyTwist
 from bench.screen.scene import Scene
 from bench.screen.text import GOOD, LABEL, PLAIN, WARN, Line, fill_bar, signed, swing_bar
 
@@ -28,6 +28,7 @@ def wheels(scene: Scene, width: int, height: int) -> list[Line]:
     Slip is the floor's speed under the wheel, along its roller axis, minus what the wheel rolls.
     """
     snapshot = scene.snapshot
+    is_foreign = snapshot.driver == FOREIGN_BASE
     top, limit = scene.robot.limits.wheel_radps, snapshot.current_limit_a
     slip_width = SLIP_WIDTH if width >= SLIP_FROM else 0
     bars = width - NUMBERS_WIDTH - slip_width
@@ -52,10 +53,12 @@ def wheels(scene: Scene, width: int, height: int) -> list[Line]:
     )
     for name, wanted, speed, current, slip in values:
         at_limit = abs(current) >= AT_LIMIT * limit
+        # What a foreign base wants of a wheel is its own secret.
+        shown, mark = (f"{'-':>7}", speed) if is_foreign else (signed(wanted, 7, 2), wanted)
         lines.append(
             [
-                (f" {name[:12]:12}{signed(wanted, 7, 2)} {signed(speed, 8, 2)} ", PLAIN),
-                (swing_bar(speed, wanted, top, speed_width), GOOD),
+                (f" {name[:12]:12}{shown} {signed(speed, 8, 2)} ", PLAIN),
+                (swing_bar(speed, mark, top, speed_width), GOOD),
                 (f" {signed(current, 6, 3)} A ", PLAIN),
                 (fill_bar(abs(current) / limit, current_width), WARN if at_limit else GOOD),
                 (" LIMIT" if at_limit else "      ", WARN),
