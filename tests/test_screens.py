@@ -29,6 +29,7 @@ SCREENS = {
     "driving": scene(),
     "link-lost": scene(**LOST_LINK, hands=Hands(100, False, True), notice="transmitter off", recording="my_run"),
     "followed": scene(zoom=True),
+    "gamepad": scene(hands=Hands(50, True, False, source="gamepad", source_state="it is not there; plug it in")),
     "mouse": scene(hands=Hands(50, True, False, pad=(0.25, -0.5, 0.0), curve="expo 0.30, dead-band 5 %")),
     "replay": scene(hands=None, replay=Replay("demo", 20_000, VERDICT)),
     "ended": scene(hands=None, replay=Replay("demo", 12_346, VERDICT, SUMMARY)),

@@ -137,6 +137,8 @@ def _always(scene: Scene) -> Line:
 def _drive_keys(scene: Scene, hands: Hands, *, long: bool) -> Line:
     """Each key with what it would do, or what it has set: the words keep their width, so that nothing jumps."""
     power = f"{hands.power_percent} %"
+    if hands.source != "keys":
+        return _keys(("I", hands.source + (f": {hands.source_state}" if hands.source_state else " drives")))
     radio = {None: "none", True: "on ", False: "OFF"}[hands.transmitter_on]
     if not long:
         return _keys(("WASDQE", power), ("T", f"radio {radio}"))

@@ -20,6 +20,8 @@ DRIVE_KEYS = (
     ("F", "field-centric on, off (AUX2)"),
     ("T", "transmitter off, on"),
     ("C", "core asks for an arc, or not"),
+    ("M", "sticks for the mouse, or none"),
+    ("I", "next: keys, gamepad, receiver"),
 )
 SEE_KEYS = (
     ("Tab 1-4", "drive, wires, scope, checks"),
@@ -42,8 +44,9 @@ RUN_KEYS = (
     ("Z", "follow the robot"),
     ("?", "this page; Esc, Ctrl-Q quit"),
 )
+LEASE_NOTE = "A key drives as long as it repeats: let go, and the sticks are at rest 120 ms later. A tap nudges."
+HOLD_NOTE = "This terminal tells when a key is let go: it drives until then, as long as the terminal answers."
 DRIVE_NOTES = (
-    "A key drives as long as it repeats: let go, and the sticks are at rest 120 ms later. A tap nudges.",
     "Sticks at rest for half a second hand over to the core, if it is alive. A lost link disarms: arm again by hand.",
 )
 REPLAY_NOTES = ("This is a replay: what was recorded runs through the bench again, and no key changes it.",)
@@ -64,7 +67,9 @@ def help_page(scene: Scene, width: int, height: int) -> list[Line]:
         for column in range(columns):
             line += cells[column * each + row] if column * each + row < len(cells) else []
         lines.append(line)
-    for note in DRIVE_NOTES if driving else REPLAY_NOTES:
+    hands = scene.hands
+    first = HOLD_NOTE if hands is not None and hands.releases else LEASE_NOTE
+    for note in (first, *DRIVE_NOTES) if driving else REPLAY_NOTES:
         lines.append([("", PLAIN)])
         lines += [[(" " + part, LABEL)] for part in textwrap.wrap(note, width - 2)]
     return lines

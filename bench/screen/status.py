@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bench.config import Axis, Button
+from bench.config import Axis, Button, Profile
 from bench.link import DEGRADED, HOLD, LIVE, NEVER_SEEN
 from bench.messages import FOREIGN_BASE, RcFrame, Snapshot
 from bench.odometry import wrap
@@ -74,7 +74,7 @@ def _why(scene: Scene) -> tuple[str, str]:
 
 def _sticks(scene: Scene) -> list[_Row]:
     snapshot, profile = scene.snapshot, scene.robot.rc
-    head: Line = [_label(""), *((name.rjust(COLUMN), LABEL) for name in ("forward", "left", "turn"))]
+    head: Line = [_label(_curve(profile)), *((name.rjust(COLUMN), LABEL) for name in ("forward", "left", "turn"))]
     if profile is None:
         return [(7, head)]
     frame = snapshot.rc_frame
@@ -86,6 +86,13 @@ def _sticks(scene: Scene) -> list[_Row]:
         (3, _row("sticks", *(f"{signed(100 * stick, 5, 0)} %   " for stick in snapshot.sticks))),
         (11, _row("switch", *(_switch(name, frame, button) for name, button in switches))),
     ]
+
+
+def _curve(profile: Profile | None) -> str:
+    """What becomes of a stick's way: how much of it goes by its cube."""
+    if profile is None:
+        return ""
+    return f"expo{100 * profile.expo:.0f}%"[:7] if profile.expo else "linear"
 
 
 def _motion(snapshot: Snapshot) -> list[_Row]:
