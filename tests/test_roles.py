@@ -408,6 +408,29 @@ def test_when_the_operators_process_is_gone_the_motors_stop(tmp_path, adapter, w
     assert 'role = "motors"' in recorded
 
 
+@pytest.mark.skipif(
+    not Path(f"/proc/self/task/{os.getpid()}/children").exists(),
+    reason="this kernel does not tell a process's children",
+)
+def test_when_the_loops_own_process_is_killed_the_motors_are_stopped_by_its_parent(tmp_path, adapter):
+    path = scenario(tmp_path, seconds=60.0)
+    running = wheelbench("replay", path, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm")
+    try:
+        until(lambda: moving(adapter.commands), adapter.step)
+        (loop,) = Path(f"/proc/{running.pid}/task/{running.pid}/children").read_text().split()
+        os.kill(int(loop), signal.SIGKILL)
+        until(lambda: running.poll() is not None, adapter.step)
+        _, err = running.communicate()
+        assert running.returncode == 3
+        assert "ended without a word" in err
+        for _ in range(50):
+            adapter.step()
+        assert adapter.commands[-1] == (0x200, bytes(8))
+    finally:
+        running.kill()
+        running.communicate()
+
+
 def test_motors_and_bench_meet_over_multicast_between_processes(tmp_path):
     pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
     where = "can:udp_multicast:239.74.163.11?port=43979"

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 MARKS = {"ok": "  ", "lacking": "- ", "bad": "! "}
 BAR = 1.5
 ROUND_S = 2.0
-KITTY_S = 0.3
+KITTY_S = 1.5
+"""Terminals answer in milliseconds, over a bad line in a second; one that never does is waited for once."""
 HISTOGRAM_WIDTH = 40
 
 

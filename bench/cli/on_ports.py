@@ -35,7 +35,14 @@ def run_on_ports(args: argparse.Namespace, job: Run) -> int:
         raise UsageError("--golden: goes with the role sim; what is real is judged by a scenario's expectations")
     if args.can == "recorded":
         raise UsageError("--can recorded: goes with the role sim; give the address of a bus")
-    link = ProcessLink(job.bench, job.inputs, lambda: prepared(args, job), ticks=job.ticks, watched=False)
+    link = ProcessLink(
+        job.bench,
+        job.inputs,
+        lambda: prepared(args, job),
+        ticks=job.ticks,
+        watched=False,
+        rescue=lambda: stop_motors(args, job),
+    )
     say = _silent if args.json else _say
     for port in link.ports:
         where = f"; the other end opens {port.where}" if port.where else ""
@@ -84,7 +91,9 @@ def driven_link(args: argparse.Namespace, job: Run) -> ProcessLink:
     from bench.cli.headless import asked_to_stop
     from bench.io.process_link import ProcessLink
 
-    link = ProcessLink(job.bench, job.inputs, lambda: prepared(args, job), operator=True)
+    link = ProcessLink(
+        job.bench, job.inputs, lambda: prepared(args, job), operator=True, rescue=lambda: stop_motors(args, job)
+    )
     for port in link.ports:
         print(f"{port.name}{f'; the other end opens {port.where}' if port.where else ''}", flush=True)
     with asked_to_stop() as asked:
@@ -97,6 +106,23 @@ def driven_link(args: argparse.Namespace, job: Run) -> ProcessLink:
                 raise KeyboardInterrupt
             wait_a_moment()
     return link
+
+
+def stop_motors(args: argparse.Namespace, job: Run) -> None:
+    """The loop's process died and could not: tell real motors to stop, if their bus can be opened at all."""
+    from bench.errors import BenchError
+    from bench.io.can_port import open_can
+    from bench.io.roles import CLOSING_FRAMES, Limiter
+
+    if args.role != "motors":
+        return
+    try:
+        port = open_can("--can", args.can)
+    except BenchError:
+        return  # the run's own failure is about to be told
+    for _ in range(CLOSING_FRAMES):
+        port.write(Limiter(job.bench.robot).stop)
+    port.close()
 
 
 def wait_a_moment() -> None:
@@ -167,13 +193,13 @@ def _stop_key() -> Iterator[Callable[[], bool]]:
         yield lambda: False
         return
     before = termios.tcgetattr(sys.stdin)
-    print("space stops", flush=True)
 
     def pressed() -> bool:
         return bool(select.select([sys.stdin], [], [], 0)[0]) and sys.stdin.read(1) in STOP_KEYS
 
     try:
         tty.setcbreak(sys.stdin)
+        print("space stops", flush=True)
         yield pressed
     finally:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)

@@ -87,7 +87,8 @@ class ProcessLink:
     """Starts the child; `prepare` runs in it. Raises what opening the ports raised, when all is closed again.
 
     `bench` is the parent's own copy and stands still: what moves is in `latest`, `wires` and `trail`. With `operator`
-    the inputs are made here, by the parent; without it the child makes its own from the same callable.
+    the inputs are made here, by the parent; without it the child makes its own from the same callable. `rescue` is
+    called when the child has died without a word: it could not stop what it drove.
     """
 
     looks_back = False
@@ -103,7 +104,9 @@ class ProcessLink:
         operator: bool = False,
         watched: bool = True,
         with_priority: bool = True,
+        rescue: Callable[[], None] = lambda: None,
     ) -> None:
+        self._rescue = rescue
         self.bench = bench
         self.inputs = inputs
         self.ticks = ticks
@@ -257,9 +260,9 @@ class ProcessLink:
     def close(self) -> None:
         """Stop, and wait for the child to close ports and recording. Raises nothing; a second call does nothing."""
         if self._child:
-            self.stop()
             deadline_ns = now_ns() + int(END_S * 1e9)
             while not self._over and now_ns() < deadline_ns:
+                self.stop()
                 self._receive()
                 wait_ns(TICK_NS)
             self._reap(kill=not self._over)
@@ -287,8 +290,8 @@ class ProcessLink:
             notices, self.notices = self.notices, []
             for tick, text in notices:
                 told(tick, text)
-            if asked() and not stopping:
-                stopping = True
+            stopping = stopping or asked()
+            if stopping:
                 self.stop()
 
     def _now_tick(self) -> int:
@@ -305,7 +308,7 @@ class ProcessLink:
             if self._error is not None:
                 raise self._error
 
-    _ready = False
+    _ready = _is_speechless = False
 
     def _receive(self) -> None:
         while not self._over:
@@ -316,7 +319,7 @@ class ProcessLink:
             except OSError:
                 data = b""
             if not data:
-                self._over = True
+                self._over = self._is_speechless = True
                 if self._error is None:
                     self._error = SurroundingsError(
                         "the process of the real-time loop ended without a word; what it recorded stays"
@@ -358,6 +361,8 @@ class ProcessLink:
                 os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             self._socket.close()
+            if kill or self._is_speechless:
+                self._rescue()
 
 
 def _child(prepare: Callable[[], Prepared], live: _Live) -> None:
