@@ -134,6 +134,45 @@ def test_a_terminal_that_is_taken_away_leaves_a_closed_recording(terminal, tmp_p
     assert Recording.open(tmp_path / "run").complete
 
 
+@needs_tmux
+def test_dragged_by_the_mouse_then_a_frozen_terminal_disarms_and_a_killed_one_leaves_it_whole(terminal, tmp_path):
+    run = tmp_path / "run"
+    terminal.start(*wheelbench("drive", "--record", run))
+    terminal.wait_for("not armed since boot")
+    terminal.keys("Enter")
+    terminal.wait_for(" ARMED ")
+    terminal.keys("m")
+    screen = terminal.wait_for("forward, left").splitlines()
+    row = next(y for y, line in enumerate(screen, 1) if "forward, left" in line)
+
+    def dragged(screen):
+        """Down on the middle, up to the frame, and so on; the terminal's bytes for it, as xterm sends them."""
+        terminal.keys("-l", f"\x1b[<0;17;{row + 4}M\x1b[<32;17;{row + 1}M")
+        return pose_x(screen) > 0.01
+
+    terminal.wait("the robot to follow the mouse", dragged)
+    terminal.keys("-l", f"\x1b[<0;17;{row + 1}m")
+    terminal.keys("m")
+    terminal.wait_for("WASDQE 50 %")
+
+    server = int(terminal.do("display-message", "-p", "#{pid}"))
+    os.kill(server, signal.SIGSTOP)  # a terminal that hangs
+    time.sleep(2.0)
+    os.kill(server, signal.SIGCONT)
+    terminal.wait_for(" DISARMED ")
+    terminal.keys("Enter")
+    terminal.wait_for(" ARMED ")
+    terminal.keys("w")
+    pid = terminal.pid
+    terminal.do("kill-server")
+    end = time.monotonic() + DEADLINE_S
+    while Path(f"/proc/{pid}").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    recording = Recording.open(run)
+    assert recording.complete
+    assert recording.commands[recording.ticks - 1] == ((0x200, bytes(8)),)
+
+
 FAULT = """
 import sys, bench.loop
 tick = bench.loop.Bench.tick

@@ -166,6 +166,14 @@ def test_no_bytes_crash_the_app_where_releases_are_told_and_a_closed_window_stop
     assert stopped(tmp_path / "run")
 
 
+def test_killed_outright_the_terminal_is_given_back_by_its_guardian(opened):
+    terminal = opened(kitty=True)
+    assert terminal.flags == [0, 27]
+    os.kill(terminal.child.pid, signal.SIGKILL)
+    terminal.wait_until(lambda: terminal.flags == [0], "the keyboard to be given back")
+    terminal.wait_until(lambda: terminal.output.endswith(b"\x1b[?25h\x1b[?1049l"), "cursor and screen to be given back")
+
+
 def test_a_terminal_that_takes_nothing_does_not_block_the_bench(opened, tmp_path):
     terminal = opened()
     arm(terminal, b"\r")

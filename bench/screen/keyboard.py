@@ -203,6 +203,7 @@ class Keyboard:
         self.pad, self.pad_sticks, self.receiver = other.pad, other.pad_sticks, other.receiver
         self.sources = self._there()
         self.source = other.source if other.source in self.sources else KEYS
+        self.cut = self.receiver is not None  # what it says now was not meant for that instant
         self.let_go()
 
     def _there(self) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from textual.message import Message
 
 from bench.io.clock import now_ns
 from bench.screen import terminal_input as sent
+from bench.screen.guardian import Guardian
 from bench.screen.terminal_watch import TerminalWatch
 
 POLL_S = 0.05
@@ -96,6 +97,7 @@ class Terminal(LinuxDriver):
         super().__init__(*arguments, **options)
         self._outlet = _Outlet(self._file.fileno())
         self._file: Any = self._outlet
+        self._guardian: Guardian | None = None
         self._in_use = False
         self._pointer_on = False
         self.lost_writes = False
@@ -133,6 +135,9 @@ class Terminal(LinuxDriver):
             writer._queue.put(None, timeout=PATIENCE_S)
             writer.join(timeout=PATIENCE_S)
         self.stuck = writer.is_alive()
+        if self._guardian is not None:
+            self._guardian.dismiss()
+            self._guardian = None
 
     def point(self, on: bool) -> None:
         """Have the mouse reported, or leave it to the terminal, for selecting text."""
@@ -142,6 +147,7 @@ class Terminal(LinuxDriver):
 
     def start_application_mode(self) -> None:
         """Take the terminal, at the start and after every suspension."""
+        self._guardian = Guardian(self._outlet.fileno())
         super().start_application_mode()  # type: ignore[no-untyped-call]
         self._in_use = True
         self._begin_watch()
