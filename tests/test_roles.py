@@ -454,6 +454,53 @@ def test_motors_and_bench_meet_over_multicast_between_processes(tmp_path):
         escs.communicate()
 
 
+def test_a_firmware_in_another_process_meets_the_bench_on_three_wires(tmp_path):
+    at = {wire: tmp_path / wire for wire in ("rc", "slamware", "can")}
+    run = wheelbench(
+        "replay", scenario(tmp_path), "--role", "base", "--json",
+        "--rc", f"pty:{at['rc']}", "--slamware", f"pty:{at['slamware']}", "--can", f"can:slcan:pty:{at['can']}",
+    )  # fmt: skip
+    firmware = None
+    try:
+        until(lambda: all(link.exists() for link in at.values()) or run.poll() is not None)
+        firmware = wheelbench(
+            "emulate", "firmware", "--json",
+            "--rc", f"serial:{at['rc']}", "--slamware", f"serial:{at['slamware']}", "--can", f"can:slcan:{at['can']}",
+        )  # fmt: skip
+        out, err = run.communicate(timeout=60)
+        assert run.returncode == 0, err
+        facts = json.loads(out)
+        assert facts["frames"]["can_commands"] > 100
+        assert facts["frames"]["core_answers"] > 3
+        assert "waiting" in err, "it began when the firmware was there"
+        firmware.send_signal(signal.SIGINT)
+        told, _ = firmware.communicate(timeout=60)
+        last = json.loads(told.splitlines()[-1])
+        assert last["feedback"] > 100
+        assert last["rc_frames"] > 10
+    finally:
+        for one in (run, firmware):
+            if one is not None:
+                one.kill()
+                one.communicate()
+
+
+def test_a_core_in_another_process_meets_the_bench(tmp_path):
+    line = tmp_path / "core"
+    core = wheelbench("emulate", "core", f"pty:{line}", "--twist", "0.1,0,0", "--json")
+    try:
+        assert json.loads(core.stdout.readline())["where"] == str(line)
+        run = wheelbench("replay", scenario(tmp_path), "--role", "core", "--slamware", f"serial:{line}", "--json")
+        out, err = run.communicate(timeout=60)
+        assert run.returncode == 0, err
+        frames = json.loads(out)["frames"]
+        assert frames["core_requests"] > 3
+        assert frames["core_answers"] > 3
+    finally:
+        core.kill()
+        core.communicate()
+
+
 def test_ports_that_do_not_open_are_told_before_anything_runs(tmp_path):
     running = wheelbench("replay", scenario(tmp_path), "--role", "core", "--slamware", "serial:/dev/no-such-thing")
     out, err = running.communicate(timeout=60)
