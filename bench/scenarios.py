@@ -21,10 +21,11 @@ from pathlib import Path
 from typing import Any
 
 from bench.check.controllers import Build
+from bench.check.crowd import Tell, each
 from bench.check.expectations import Verdict
 from bench.check.run import Run, run_of
 from bench.check.scenario import scenario_of
-from bench.check.suite import Result, in_processes, run_to_end
+from bench.check.suite import Result, run_to_end
 from bench.config import Robot, load_robot
 from bench.errors import BenchError, UsageError
 
@@ -65,10 +66,10 @@ def run_many(scenarios: Iterable[Mapping[str, Any]], *, jobs: int = 2) -> Iterat
     """
     if jobs < 1:
         raise UsageError(f"jobs: expected 1 or more, got {jobs}")
-    return in_processes(_result, list(scenarios), jobs)
+    return each(_result, list(scenarios), jobs)
 
 
-def _result(keys: Mapping[str, Any]) -> Result:
+def _result(keys: Mapping[str, Any], _tell: Tell) -> Result:
     try:
         return run(**keys)
     except BenchError as error:

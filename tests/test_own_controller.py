@@ -121,7 +121,7 @@ def test_a_scenario_may_name_it_relative_to_itself_and_the_command_line_wins(pro
     (project / "sub" / "own.toml").write_text(SCENARIO.format(more=more))
     assert said(capsys, "replay", "sub/own.toml")[0] == 0
     assert said(capsys, "replay", "sub/own.toml", "--controller", "speed-loop")[0] == 1
-    assert said(capsys, "replay", "sub/own.toml", "sub/own.toml", "--jobs", "1")[0] == 0
+    assert said(capsys, "replay", "sub/own.toml", "--junit", "junit.xml")[0] == 0
     (project / "sub" / "own.toml").write_text(SCENARIO.format(more=more.replace("Forward", "Forwrad")))
     status, _, error = said(capsys, "replay", "sub/own.toml")
     assert status == 2

@@ -1,13 +1,25 @@
 """Several scenarios: side by side, a line for each, JUnit XML, and a page that needs nothing else."""
 
+import contextlib
 import json
+import os
+import pty
 import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 import pytest
 
 from bench.__main__ import main
 from bench.check.reading import Recording
+from bench.cli.progress import progress_line
+
+ROOT = Path(__file__).parents[1]
+DEADLINE_S = 60.0
 
 GOOD = """
 schema = 1
@@ -107,3 +119,101 @@ def test_recordings_are_kept_by_name(files, tmp_path):
 def test_a_wrong_argument_is_one_sentence(files, capsys, options, says):
     assert main(["replay", files[0], files[1], *options]) in (2, 3)
     assert says in capsys.readouterr().err
+
+
+def test_what_was_not_meant_is_one_sentence_before_anything_runs(files, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "good.toml").write_text(GOOD)
+    (tmp_path / "empty").mkdir()
+    for given, says in (
+        (["none/*.toml"], "none/*.toml: no scenario fits this pattern"),
+        (["good.toml", "bad.toml", "sub/../good.toml"], "sub/../good.toml: is given twice, as good.toml too"),
+        (["good.toml", "good.toml"], "good.toml: is given twice\n"),
+        (
+            ["good.toml", "sub/good.toml", "--record", "runs"],
+            "--record: good.toml and sub/good.toml would both be recorded in runs/good; rename one of them",
+        ),
+        (["sub"], "sub: is a directory without a recording; the scenarios in it are replayed by sub/*.toml"),
+        (["empty"], "empty: is a directory without a recording; and no scenarios"),
+    ):
+        assert main(["replay", *given, "--jobs", "1"]) == 2, given
+        out = capsys.readouterr()
+        assert says in out.err, given
+        assert out.out == ""
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_pattern_that_the_shell_left_alone_is_all_that_fits_and_one_name_for_two_is_noted(files, tmp_path, capsys):
+    (tmp_path / "goose.toml").write_text(GOOD)
+    assert main(["replay", str(tmp_path / "goo*.toml"), "--jobs", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "2 of 2 scenarios as expected" in said
+    assert "note: 2 scenarios are called 'stands <well>': " in said
+
+
+def test_the_line_of_progress_says_how_many_how_far_and_how_long():
+    names, shares = ["ice", "push", "walls", "wind"], [1.0, 0.5, 0.1, 0.0]
+    line = progress_line(names, shares, 1, 20.0, 79)
+    assert line == "[#########...............] 1 of 4 done, 1 failed; about 30 s left; push 50 %, walls 10 %"[:79]
+    assert progress_line(names, shares, 0, 20.0, 30) == line[:30]
+    assert progress_line(names, [0.0] * 4, 0, 1.0, 79) == f"[{'.' * 24}] 0 of 4 done"
+
+
+LONG = GOOD.replace("seconds = 0.3", "seconds = 600.0")
+
+
+def wait_for(what, process):
+    end = time.monotonic() + DEADLINE_S
+    while not what():
+        assert process.poll() is None, "it ended before that"
+        assert time.monotonic() < end, "not within a minute"
+        time.sleep(0.02)
+
+
+def test_ctrl_c_ends_all_with_whole_recordings_and_says_what_ran(tmp_path):
+    for name, text in (("a", GOOD), ("b", LONG), ("c", LONG), ("d", LONG)):
+        (tmp_path / f"{name}.toml").write_text(text)
+    files = [f"{name}.toml" for name in "abcd"]
+    screen, stderr = pty.openpty()
+    os.set_blocking(screen, False)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "bench", "replay", *files, "--record", "runs", "--junit", "junit.xml"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=stderr,
+        text=True,
+        start_new_session=True,
+    )
+    seen = bytearray()
+
+    def both_run():
+        with contextlib.suppress(BlockingIOError):
+            seen.extend(os.read(screen, 65536))
+        logs = [tmp_path / "runs" / name / "can.log" for name in "bc"]
+        return all(log.exists() and log.stat().st_size > 20_000 for log in logs)
+
+    with process:
+        os.close(stderr)
+        wait_for(both_run, process)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
+        out, _ = process.communicate(timeout=DEADLINE_S)
+    try:
+        while more := os.read(screen, 65536):
+            seen.extend(more)
+    except OSError:  # the other end has closed
+        pass
+    os.close(screen)
+    assert process.returncode == 130, out
+    assert out.splitlines()[0] == "ok      stands <well>"
+    assert "interrupted: 1 ran to the end, 2 until then, 1 not at all" in out
+    assert len(re.findall(r"^        interrupted at \d+\.\d{3} s$", out, re.MULTILINE)) == 2
+    for name in "bc":
+        assert Recording.open(tmp_path / "runs" / name).complete
+    assert not (tmp_path / "runs" / "d").exists()
+    assert len(list(Xml.parse(tmp_path / "junit.xml").getroot())) == 4
+    text = seen.decode()
+    assert re.search(r"\[#*\.*\] [01] of 4 done", text)
+    assert "Traceback" not in text
+    assert text.rstrip().endswith("wheelbench replay: interrupted")

@@ -9,20 +9,19 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 from xml.etree import ElementTree as Xml
 
 from bench.check.conduct import conduct
 from bench.check.crosswire import Outcome
 from bench.check.crosswire.settings import OFF
+from bench.check.crowd import Stopped, Tell, Watch, each
 from bench.check.expectations import Verdict
 from bench.check.faulty import Touch
 from bench.check.recording import Recorder
 from bench.check.run import Run, from_scenario
 from bench.errors import BenchError
 from bench.messages import TickOutput
-
-Given = TypeVar("Given")
 
 DRAWN_ROWS = 600
 """Rows of state that a picture gets, at most."""
@@ -48,6 +47,8 @@ class Result:
     robot: str = ""
     error: str = ""
     """Why it could not be run; all else is empty then."""
+    stopped_tick: int | None = None
+    """How many ticks had run when it was interrupted."""
     ticks: int = 0
     current_limit_a: float = 0.0
     summary: dict[str, Any] = field(default_factory=dict)
@@ -82,31 +83,42 @@ class Result:
         return facts | {"summary": self.summary}
 
 
-def run_scenario(path: Path, record: Path | None = None, overwrite: bool = False) -> Result:
+def run_scenario(path: Path, tell: Tell | None = None, record: Path | None = None, overwrite: bool = False) -> Result:
     """Run one scenario; `record` is the folder that gets a recording of its name."""
+    ticks: list[int] = [0]
     try:
-        return _run(path, record, overwrite)
+        return _run(path, record, overwrite, _counting(tell, ticks))
+    except Stopped:
+        kept = f"interrupted at {ticks[0] / 1000:.3f} s" if ticks[0] else "interrupted before it began"
+        return Result(str(path), path.stem, error=kept, stopped_tick=ticks[0])
     except BenchError as error:
         return Result(str(path), path.stem, error=str(error))
 
 
+def _counting(tell: Tell | None, ticks: list[int]) -> Callable[[int, int], None] | None:
+    """Tells the share of so many ticks of all; `ticks[0]` keeps the last."""
+    if tell is None:
+        return None
+
+    def count(done: int, of_all: int) -> None:
+        ticks[0] = done
+        tell(done / of_all)
+
+    return count
+
+
 def run_scenarios(
-    paths: Sequence[Path], *, jobs: int, record: Path | None = None, overwrite: bool = False
+    paths: Sequence[Path],
+    *,
+    jobs: int,
+    record: Path | None = None,
+    overwrite: bool = False,
+    watch: Watch | None = None,
 ) -> Iterator[Result]:
-    """All of them, so many at a time; the results come in the order of the paths."""
-    yield from in_processes(partial(run_scenario, record=record, overwrite=overwrite), paths, jobs)
-
-
-def in_processes(one: Callable[[Given], Result], given: Sequence[Given], jobs: int) -> Iterator[Result]:
-    """One result for each of what is given, in that order, so many at a time."""
-    import multiprocessing
-
-    if jobs == 1 or len(given) < 2:
-        yield from map(one, given)
-        return
-    # Fresh processes: a fork of a program that has threads or a screen is a risk.
-    with multiprocessing.get_context("spawn").Pool(min(jobs, len(given))) as pool:
-        yield from pool.imap(one, given)
+    """All of them, so many at a time; the results come in the order of the paths. `watch` sees how far each is, and may
+    end them all.
+    """
+    yield from each(partial(run_scenario, record=record, overwrite=overwrite), paths, jobs, watch)
 
 
 def junit_xml(results: Sequence[Result]) -> str:
@@ -133,15 +145,19 @@ def junit_xml(results: Sequence[Result]) -> str:
     return '<?xml version="1.0" encoding="utf-8"?>\n' + Xml.tostring(suites, encoding="unicode") + "\n"
 
 
-def _run(path: Path, record: Path | None, overwrite: bool) -> Result:
+def _run(path: Path, record: Path | None, overwrite: bool, count: Callable[[int, int], None] | None) -> Result:
+    if count is not None:
+        count(0, 1)  # one that is told to end before it begins leaves nothing behind
     job = from_scenario(path)
     recorder = job.recorder(record / path.stem, overwrite=overwrite) if record is not None else None
-    result = run_to_end(job, recorder)
+    result = run_to_end(job, recorder, count)
     return replace(result, path=str(path), rows=result.rows[:: max(1, len(result.rows) // DRAWN_ROWS)])
 
 
-def run_to_end(job: Run, recorder: Recorder | None = None) -> Result:
-    """Run it, record it, judge it. `rows` holds every row of state; the recording ends with it, whatever happens."""
+def run_to_end(job: Run, recorder: Recorder | None = None, count: Callable[[int, int], None] | None = None) -> Result:
+    """Run it, record it, judge it. `rows` holds every row of state; the recording ends with it, whatever happens.
+    `count` hears after each block how many ticks of all are done.
+    """
     robot = job.bench.robot
     rows: list[tuple[float | int | str, ...]] = []
     spans: dict[str, list[int]] = {}
@@ -151,6 +167,8 @@ def run_to_end(job: Run, recorder: Recorder | None = None) -> Result:
         for touch in touches:
             span = spans.setdefault(touch.fault, [touch.tick, touch.tick, 0])
             span[1], span[2] = touch.tick, span[2] + 1
+        if count is not None and block:
+            count(block[-1].tick + 1, job.ticks)
 
     summary = conduct(job, recorder, after_block=keep)
     return Result(

@@ -1,6 +1,6 @@
 """`wheelbench replay SOURCE`: a scenario, an RC capture or a recording through the bench, faster than real time.
 
-Several scenarios run side by side, each with one line: `suite_of` is theirs.
+Several scenarios run side by side, each with one line: `bench.cli.many`.
 """
 
 from __future__ import annotations
@@ -57,11 +57,13 @@ def run(args: argparse.Namespace) -> int:
     from bench.check.reading import Recording
     from bench.check.run import from_source
     from bench.cli.headless import execute
+    from bench.cli.many import sources_of, suite_of
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
     from bench.io.ports import WiredWorld
 
     if args.period_ms is not None and args.period_ms < 1:
         raise UsageError(f"--period-ms: expected 1 or more, got {args.period_ms}")
+    args.source = sources_of(args.source)
     if len(args.source) > 1 or args.html or args.junit:
         return suite_of(args)
     job = from_source(
@@ -122,53 +124,3 @@ def run(args: argparse.Namespace) -> int:
             )
     met = not shortcomings(job)
     return EXIT_OK if met and (comparison is None or comparison.ok) else EXIT_FAILED
-
-
-_ALONE: dict[str, object] = {
-    "robot": None, "arena": None, "profile": None, "protocol": None, "period_ms": None, "can": "sim:", "rc": "sim:",
-    "slamware": "sim:", "role": "sim", "arm": False, "controller": None, "odometry": None, "golden": None,
-    "tolerance": [],
-}  # fmt: skip
-"""What goes with a single source, and its default."""
-
-
-def suite_of(args: argparse.Namespace) -> int:
-    """Several scenarios, or one with a page or a JUnit file: a line for each, and every reason of those that failed."""
-    import sys
-
-    from bench.check.page import page
-    from bench.check.suite import junit_xml, run_scenarios
-    from bench.cli.output import write_text
-    from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
-
-    given = [name for name, default in _ALONE.items() if getattr(args, name) != default]
-    if given:
-        raise UsageError(f"--{given[0].replace('_', '-')}: goes with one source; several scenarios say it themselves")
-    if args.jobs < 1:
-        raise UsageError(f"--jobs: expected 1 or more, got {args.jobs}")
-    other = next((source for source in args.source if not source.endswith(".toml")), None)
-    if other is not None:
-        raise UsageError(f"{other}: is no scenario (.toml); captures and recordings are replayed one at a time")
-    stems = [Path(source).stem for source in args.source]
-    if args.record and len(set(stems)) < len(stems):
-        raise UsageError("--record: two of the scenarios have the same file name, and so the same folder")
-    results = []
-    paths = [Path(source) for source in args.source]
-    on_terminal = sys.stderr.isatty() and not args.json
-    for result in run_scenarios(paths, jobs=args.jobs, record=args.record, overwrite=args.overwrite):
-        results.append(result)
-        if args.json:
-            print(json.dumps(result.as_dict()), flush=True)
-            continue
-        print(f"{'ok' if result.ok else 'FAILED':8}{result.name}", flush=True)
-        for reason in result.reasons:
-            print(f"        {reason}", flush=True)
-        if on_terminal and len(results) < len(paths):
-            print(f"\r{len(results)} of {len(paths)}\r", end="", file=sys.stderr, flush=True)
-    failed = [result for result in results if not result.ok]
-    if not args.json:
-        print(f"{len(results) - len(failed)} of {len(results)} scenarios as expected")
-    for path, text in ((args.html, page), (args.junit, junit_xml)):
-        if path is not None:
-            write_text(path, text(results))
-    return EXIT_FAILED if failed else EXIT_OK
