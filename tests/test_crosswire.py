@@ -1,12 +1,16 @@
 """What the wires of a run say of each other: green where they agree, red for the true cause where they do not."""
 
+import json
 import math
 from dataclasses import replace
+from html import escape
+from xml.etree import ElementTree as Xml
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench.__main__ import main
 from bench.check.conduct import conduct, shortcomings
 from bench.check.crosswire import Checks, CrossWire
 from bench.check.crosswire.block import Block
@@ -169,6 +173,23 @@ def test_a_faulty_encoder_is_a_finding_with_its_fault_and_may_be_expected(run, t
         conduct(job)
         assert job.checks.outcomes()[MOTION].ok is ok
         assert shortcomings(job) == []
+
+
+def test_page_junit_and_json_tell_the_finding(run, tmp_path, capsys):
+    run('[[fault]]\nname = "worn cable"\nwire = "feedback"\nkind = "stuck"\nesc = 1\nat_s = 0.1\n')
+    path = str(tmp_path / "drive.toml")
+    files = ["--html", str(tmp_path / "page.html"), "--junit", str(tmp_path / "junit.xml")]
+    assert main(["replay", path, "--json", *files]) == 1
+    facts = json.loads(capsys.readouterr().out)
+    motion = facts["summary"]["checks"][MOTION]
+    assert (motion["name"], motion["ok"]) == ("motion", False)
+    said = motion["findings"][0]["text"]
+    assert f"motion: {said}" in facts["reasons"]
+    case = Xml.parse(tmp_path / "junit.xml").getroot().find(".//testcase[@name='check motion']/failure")
+    assert said in case.get("message")
+    page = (tmp_path / "page.html").read_text()
+    assert escape(said) in page
+    assert page.count(">motion</text>") == 2, "across speeds and currents"
 
 
 def test_a_finding_that_is_expected_and_does_not_come_fails(run):

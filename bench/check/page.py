@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from html import escape
 
+from bench.check.crosswire.settings import OFF
 from bench.check.suite import Result
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 760, 150, 52, 12, 10, 20
@@ -52,7 +53,8 @@ def _section(number: int, result: Result) -> str:
     if result.error:
         return f"{head}<p>{escape(result.error)}</p>"
     where = f"{escape(result.path)}, robot {escape(result.robot)}, {result.ticks / 1000:.1f} s"
-    return f"{head}<p><small>{where}</small></p>{_verdicts(result)}{_faults(result)}{''.join(_pictures(result))}"
+    tables = _verdicts(result) + _checks(result) + _faults(result)
+    return f"{head}<p><small>{where}</small></p>{tables}{''.join(_pictures(result))}"
 
 
 def _verdicts(result: Result) -> str:
@@ -65,6 +67,19 @@ def _verdicts(result: Result) -> str:
         for one in result.verdicts
     )
     return f"<table><tr><th></th><th>expectation</th><th>margin</th><th>least at</th></tr>{rows}</table>"
+
+
+def _checks(result: Result) -> str:
+    """What the wires say of each other: a row a check, each finding on a line of its own."""
+    rows = ""
+    for one in result.checks:
+        word = one.state if one.state == OFF else "found" if one.findings else "agrees"
+        lines = [line.removeprefix(f"{one.name}: ") for line in one.lines]
+        rows += (
+            f'<tr><td><span class="mark {"ok" if one.ok else "failed"}">{word}</span></td><td>{escape(one.name)}</td>'
+            f"<td>{'<br>'.join(map(escape, lines))}</td></tr>"
+        )
+    return f"<table><tr><th></th><th>wires</th><th>what they say of each other</th></tr>{rows}</table>" if rows else ""
 
 
 def _faults(result: Result) -> str:
@@ -129,6 +144,9 @@ def _over_time(
     for verdict in result.verdicts:
         if not verdict.ok and verdict.at_tick is not None:
             parts.append(_violation(x(verdict.at_tick / 1000), verdict.name))
+    for check in result.checks:
+        if check.findings and not check.ok:
+            parts.append(_violation(x(check.findings[0].first_tick / 1000), check.name))
     legend = ", ".join(
         f'<span style="color:{colour}">■ {escape(name)}</span>'
         for colour, name in zip(_colours(), curves, strict=False)

@@ -33,7 +33,7 @@ class Frames:
         count, first = len(ticks), ticks[0]
         if len(self.every) == len(first) * count and self.ids == self.ids[: len(first)] * count:
             lengths = [len(data) for _, data in first]
-            if list(map(len, self.datas)) == lengths * count:
+            if len(set(map(len, self.datas))) == 1 or list(map(len, self.datas)) == lengths * count:
                 self.pattern = tuple(zip(self.ids, lengths, strict=False))
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import mul, sub
 
 from bench.check.crosswire.block import Block
 from bench.check.crosswire.counts import Counts
-from bench.check.crosswire.way import Way
+from bench.check.crosswire.way import Way, fitted
 from bench.config import Wheel
 from bench.kinematics import Kinematics
 
@@ -16,7 +17,7 @@ class CountedWay:
 
     def __init__(self, wheels: Sequence[Wheel], kinematics: Kinematics) -> None:
         self.counts = Counts(wheels)
-        self._fit = kinematics.fit
+        self._rows = kinematics.forward_rows
         self._way = Way()
         self.reached: list[int] = [0] * len(wheels)
         """What each wheel had counted at the tick that was asked for last."""
@@ -27,13 +28,17 @@ class CountedWay:
         """The next block."""
         self._before, self._first = self.counts.take(block), block.first
 
+    def release(self) -> None:
+        """No more ticks of this block will be asked for."""
+        self.counts.release()
+
     def at(self, tick: int) -> Way:
         """The way until the end of this tick."""
         place = tick - self._first
         sums = self.counts.sums(place) if place >= 0 else self._before
         reached = self.reached
         if sums != reached:
-            steps = zip(sums, reached, self.counts.rad_per_count, strict=True)
-            self._way = self._way.turned_by(*self._fit([(now - then) * rad for now, then, rad in steps]))
+            turned_rad = list(map(mul, map(sub, sums, reached), self.counts.rad_per_count))
+            self._way = self._way.turned_by(*fitted(self._rows, turned_rad))
             self.reached = sums
         return self._way

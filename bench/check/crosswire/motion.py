@@ -120,6 +120,9 @@ class MotionJudge:
             self._take_row(tick, row)
         while answers:
             self._take_answer(answers.popleft())
+        self._driven.release()
+        if self._dead is not None:
+            self._dead.release()
 
     def _instant(self, tick: int, told: Way | None = None, truth: Body | None = None) -> Instant:
         dead = self._dead.at(tick) if self._dead is not None else None
@@ -154,7 +157,9 @@ class MotionJudge:
         """A displacement that the base tells; it may end a window."""
         assert answer.request is not None
         code, told = answer.request.payload[0], _displacement(answer)
-        self._told[code] = way = self._told[code].moved_by(told.dx_m, told.dy_m, told.dtheta_rad)
+        way = self._told[code]
+        if told.dx_m or told.dy_m or told.dtheta_rad:
+            self._told[code] = way = way.moved_by(told.dx_m, told.dy_m, told.dtheta_rad)
         tick, since = answer.tick - 1, self._since_told[code]
         if since is not None and tick - since.tick < WINDOW_TICKS:
             return

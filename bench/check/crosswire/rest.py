@@ -17,12 +17,14 @@ from bench.check.crosswire.finding import Finding, Outcome, span
 from bench.check.crosswire.ledger import Exchanged
 from bench.check.crosswire.settings import RestCurrentCheck
 from bench.config import Profile, Robot
-from bench.messages import TICK_US, RcFrame, StateRow
+from bench.messages import STATE_PERIOD_TICKS, TICK_US, RcFrame, StateRow
 from bench.motors import family
 from bench.slamware.commands import SET_BASE_MOTOR, SET_V_AND_GET_DEADRECKON
 from bench.slamware.framing import CONTROL_BUS
 
 SETTLE_TICKS = 500
+ROWS_EACH = 2
+"""Every other row of state will do."""
 STILL_MPS, STILL_RADPS, STILL_WHEEL_RADPS = 1e-3, 1e-2, 5e-2
 FRICTION_SHARE = 0.25
 """Of the current that dry friction hides: an M2006 (0.020 N m of 0.18 N m/A at its wheel) may draw 28 mA and stand.
@@ -71,7 +73,7 @@ class RestJudge:
             deflected = self._deflections(block, self._profile)
         else:
             self._decoder = None
-        for index in block.row_places:
+        for index in block.row_places[::ROWS_EACH]:
             tick, row = block.first + index, block.states[index]
             assert row is not None
             while asks and asks[0][0] <= tick:
@@ -87,9 +89,10 @@ class RestJudge:
             self._core_asks = asks[-1][1]
 
     def _look_at(self, tick: int, row: StateRow, block: Block, index: int) -> None:
-        if any(abs(float(row[place])) >= most for place, most in self._still):
-            self._still_since, self._in_rest = None, False
-            return
+        for place, most in self._still:
+            if not -most < row[place] < most:  # type: ignore[operator]
+                self._still_since, self._in_rest = None, False
+                return
         if self._still_since is None:
             self._still_since = tick
         if tick - max(self._still_since, self._asked_tick) < SETTLE_TICKS:
@@ -97,7 +100,7 @@ class RestJudge:
             return
         self._rests += not self._in_rest
         self._in_rest = True
-        self._rest_ms += 10
+        self._rest_ms += ROWS_EACH * STATE_PERIOD_TICKS
         for can_id, data in block.can_feedback[index]:
             wheel = self._wheels.get(can_id)
             if wheel is not None and len(data) == 8:

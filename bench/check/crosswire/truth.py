@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, cast
 
-from bench.check.crosswire.way import Way
+from bench.check.crosswire.way import Way, fitted
 from bench.config import Robot
 from bench.kinematics import Kinematics
 from bench.messages import StateRow
@@ -30,7 +30,7 @@ class Truth:
     """
 
     def __init__(self, robot: Robot, columns: Sequence[str], kinematics: Kinematics) -> None:
-        self._kinematics = kinematics
+        self._rows = kinematics.forward_rows
         self._pose = columns.index("x_m")
         self._speeds = [columns.index(f"wheel{number}_radps") for number in range(1, len(robot.wheels) + 1)]
         self._slip = (0.0, 0.0)
@@ -43,7 +43,7 @@ class Truth:
         speeds = cast(list[float], [row[place] for place in self._speeds])
         slip = 0.0, 0.0
         if vx or vy or omega or any(speeds):
-            rolled_x, rolled_y, rolled_turn = self._kinematics.fit(speeds)
+            rolled_x, rolled_y, rolled_turn = fitted(self._rows, speeds)
             slip = math.hypot(rolled_x - vx, rolled_y - vy), abs(rolled_turn - omega)
         last, self.before = self.now, self.now
         slip_m = slip_rad = 0.0

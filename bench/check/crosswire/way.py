@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from math import fsum
+from operator import mul
 from typing import NamedTuple
 
 from bench.odometry import exponential
+
+
+def fitted(rows: Sequence[Sequence[float]], wheels: Sequence[float]) -> tuple[float, float, float]:
+    """What `Kinematics.fit` gives, by its `forward_rows`: in a third of the steps, which tells 500 times a second."""
+    along, aside, turn = rows
+    return fsum(map(mul, along, wheels)), fsum(map(mul, aside, wheels)), fsum(map(mul, turn, wheels))
 
 
 class Way(NamedTuple):
