@@ -19,7 +19,9 @@ from bench.check.failsafe import RED, losses, run_cell
 from bench.check.reading import Recording
 from bench.config import load_robot
 from bench.dut import firmware as firmware_module
+from bench.dut.build import folder_of
 from bench.dut.firmware import FirmwareBase, firmware_of
+from bench.dut.project import load_project
 from bench.errors import ControllerFailed
 from bench.io.link import InlineLink
 from bench.loop import Bench, simulated
@@ -224,11 +226,15 @@ def test_only_what_changed_is_compiled_again(tmp_path):
 
 
 def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path, monkeypatch):
+    (tmp_path / "fw.c").write_text("int main(void) { for (;;) {} }\n")
+    (tmp_path / "fw.toml").write_text('name = "fw"\nsources = ["fw.c"]\n')
+    project = load_project(tmp_path / "fw.toml")
+    assert folder_of(project) == tmp_path / ".wheelbench" / "fw"
+    shutil.rmtree(tmp_path / ".wheelbench")
     (tmp_path / ".wheelbench").write_text("in the way")
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr("tempfile.tempdir", None)
-    built = made(tmp_path, '#include "wheelbench.h"\nint main(void) { for (;;) wb_wait(); }\n').built
-    assert built.program.is_relative_to(tmp_path / f"wheelbench-{os.getuid()}")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "passing"))
+    (tmp_path / "passing").mkdir()
+    assert folder_of(project).parent == tmp_path / "passing" / f"wheelbench-{os.getuid()}"
 
 
 def test_a_sanitizer_names_its_finding(tmp_path):
@@ -418,20 +424,53 @@ def test_the_matrix_finds_the_fault_of_an_example_and_nothing_in_the_mended_one(
     assert (fixed.verdict, fixed.why) == ("ok", ())
 
 
+SHORT = """
+schema = 1
+name = "short"
+seconds = 1.0
+[[stick]]
+at_s = 0.1
+aux1 = true
+[[stick]]
+at_s = 0.3
+forward = 0.5
+turn = 0.2
+"""
+
+
 def test_a_recording_is_the_same_in_another_process_with_another_hash_seed(tmp_path):
-    scenario = ROOT / "docs" / "examples" / "link_loss.toml"
+    (tmp_path / "short.toml").write_text(SHORT)
     runs = []
     for seed in ("1", "2"):
-        folder = tmp_path / seed
-        command = [sys.executable, "-m", "bench", "replay", str(scenario), "--record", str(folder), "--json"]
+        command = [sys.executable, "-m", "bench", "replay", "short.toml", "--record", seed, "--json"]
         command += ["--controller", str(EXAMPLES / "superloop" / "fixed.toml")]
         environment = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode in (0, 1), done.stderr
-        runs.append({path.name: path.read_bytes() for path in folder.iterdir()})
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["path_m"] > 0.05
+        runs.append({path.name: path.read_bytes() for path in (tmp_path / seed).iterdir()})
     assert runs[0] == runs[1]
     assert b"200#" in runs[0]["can.log"]
     assert b'controller = "fixed.toml"' in runs[0]["run.toml"]
+
+
+def test_what_a_firmware_prints_is_told_after_the_run(tmp_path, capsys):
+    source = """
+        #include "stm32f4xx_hal.h"
+        #include <stdio.h>
+        UART_HandleTypeDef huart2; /* a console */
+        int main(void) {
+            printf("boot %d\\n", 7);
+            HAL_UART_Transmit(&huart2, (const uint8_t *)"over a UART\\n", 12, 10);
+            for (;;) __WFI();
+        }
+        """
+    made(tmp_path, source)
+    (tmp_path / "short.toml").write_text(SHORT)
+    given = ("replay", tmp_path / "short.toml", "--controller", tmp_path / "fw.toml")
+    out = said(capsys, *given)[1]
+    assert "said      boot 7\n          over a UART\n" in out
+    assert json.loads(said(capsys, *given, "--json")[1])["output"] == "boot 7\nover a UART\n"
 
 
 def test_a_pytest_of_the_teams_own_takes_it(tmp_path):

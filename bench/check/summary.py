@@ -16,6 +16,7 @@ from bench.odometry import wrap
 X, Y, HEADING = 1, 2, 3  # places in a state row, after Bench.state_columns
 ODO = 7
 LINK = 10
+SAID_SHOWN = 8
 LINK_CHANGES_SHOWN = 8
 
 
@@ -100,12 +101,13 @@ class Summary:
             "odometry": run.bench.robot.odometry,
             "bus_findings": list(run.bench.bus_findings),
             "checks": [outcome.as_dict() for outcome in run.checks.outcomes()] if run.checks else [],
+            **({"output": said} if (said := _said(run)) else {}),
             **({"bad_currents": bad} if (bad := run.bench.world.plant.bad_currents) else {}),
         }
 
     def lines(self, run: Run) -> list[str]:
         """The same for people, a few lines."""
-        base_rc = getattr(run.bench.base, "link", None)
+        base_rc = getattr(run.bench.onlooker or run.bench.base, "link", None)
         frames = (
             f"{base_rc.frames} frames, {base_rc.noise_bytes} bytes of noise" if base_rc else f"{self.rc_bytes} bytes"
         )
@@ -142,4 +144,12 @@ class Summary:
         findings = run.bench.bus_findings
         if findings:
             lines.append(f"bus       {len(findings)} finding{'s' * (len(findings) > 1)}; the newest: {findings[-1]}")
+        said = _said(run).splitlines()[-SAID_SHOWN:]
+        lines += [f"{'' if at else 'said':<10}{line}" for at, line in enumerate(said)]
         return lines + (check_lines(run.checks.outcomes()) if run.checks is not None else [])
+
+
+def _said(run: Run) -> str:
+    """What a firmware has printed; other bases print for themselves."""
+    output = getattr(run.bench.base, "output", None)
+    return str(output()) if callable(output) else ""

@@ -56,7 +56,7 @@ def build(project: Project) -> Built:
             f"{project.path}: there is no C compiler {project.compiler!r} on this machine; install one (on Debian and "
             "Ubuntu: apt-get install gcc libc6-dev), or name another with compiler ="
         )
-    folder = _folder(project)
+    folder = folder_of(project)
     program = folder / PROGRAM
     wires = wires_c(project)
     wanted = _digest_of_text(json.dumps([compiler, _commands(project, compiler), wires]))
@@ -248,7 +248,7 @@ def _unlinked(project: Project, text: str) -> str:
 # --- what is still fresh ----------------------------------------------------------------------------------------------
 
 
-def _folder(project: Project) -> Path:
+def folder_of(project: Project) -> Path:
     """A folder for this project's program, made where it is missing."""
     place = project.path.resolve()
     beside = place.parent / ".wheelbench"

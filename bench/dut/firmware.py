@@ -112,6 +112,10 @@ class FirmwareBase:
         size = os.fstat(self._output).st_size
         return os.pread(self._output, _OUTPUT_SHOWN, max(0, size - _OUTPUT_SHOWN)).decode("utf-8", "replace")
 
+    def processor_s(self) -> float:
+        """Processor time that the firmware has used."""
+        return _processor_time(self.pid)[1]
+
     def __reduce__(self) -> str:
         raise TypeError("a firmware's process cannot be copied")
 
