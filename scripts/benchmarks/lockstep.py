@@ -22,12 +22,12 @@ from statistics import median
 
 from bench.base import Base, ControlledBase
 from bench.check.controllers import Build
-from bench.check.recording import Recorder
+from bench.check.recording import BLOCK_TICKS, Recorder
 from bench.check.run import info_of
 from bench.config import load_robot
 from bench.dut.firmware import Firmware, FirmwareBase, firmware_of
 from bench.loop import Bench, simulated
-from bench.messages import TickInput
+from bench.messages import TickInput, TickOutput
 from bench.rc.transmitter import Sticks, Transmitter
 from benchmarks.table import Row, Sample, verdict
 
@@ -127,10 +127,14 @@ def _run_factors(build: Build, profile: str, share: float) -> tuple[float, float
         assert robot.file is not None
         begin, begin_cpu = time.perf_counter(), time.process_time()
         with Recorder(Path(folder) / "run", info_of(robot), bench.state_columns, robot.file, robot.rc.file) as recorder:
+            block: list[TickOutput] = []
             for tick in range(ticks):
                 speed = 0.5 * ((tick // 500 + 1) % 3 - 1)
                 sticks = Sticks(speed, -speed / 2, speed / 3) if tick > 400 else Sticks(aux1=100 < tick < 200)
-                recorder.add(bench.tick(TickInput(transmitter.step(tick, sticks))))
+                block.append(bench.tick(TickInput(transmitter.step(tick, sticks))))
+                if len(block) == BLOCK_TICKS:  # as a run from the command line does
+                    recorder.extend(block)
+                    block = []
         wall_s, cpu_s = time.perf_counter() - begin, time.process_time() - begin_cpu
     if isinstance(base, FirmwareBase):
         cpu_s += base.processor_s()
