@@ -271,7 +271,7 @@ def show(
     """Play a run as it happens; at its end wait for the person to leave. Returns the exit status; raises what ended it.
 
     Every frame is held against `golden`, or against the recording that the run repeats. The status is 1 where it
-    differs beyond the tolerances.
+    differs beyond the tolerances, and where an expectation was not met.
     """
     stage = to_show(run, golden, pacer or WallPacer())
     status = _open(stage, recorder, settings, tell)
@@ -316,4 +316,4 @@ def _open(
         tell(line)
     if session.failure is not None:
         raise session.failure
-    return app.return_code or EXIT_OK
+    return app.return_code or (EXIT_FAILED if session.unmet else EXIT_OK)

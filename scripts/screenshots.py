@@ -15,24 +15,24 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from bench.check.reading import Recording
 from bench.check.recording import RunInfo
 from bench.check.run import Run, from_scenario
-from bench.check.summary import Summary
 from bench.config import load_robot
 from bench.demo import SCENARIO, golden_directory
 from bench.io.clock import FreePacer
-from bench.io.link import InlineLink
 from bench.loop import simulated
 from bench.screen.keyboard import Keyboard
-from bench.screen.lamp import GoldenLamp
 from bench.screen.session import Session
+from bench.screen.stage import Stage, to_drive, to_show
 from bench.tui import Dashboard
 
-PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
+DOCS = Path(__file__).parents[1] / "docs"
+PICTURES, EXAMPLE = DOCS / "pictures", DOCS / "examples" / "link_loss.toml"
 FRAME_TICKS = 50
 CELL_WIDTH = 12.2
 _RUN_OF_CELLS = r'<text class="(\S+)" x="(\S+)" y="(\S+)" textLength="\S+" clip-path="(\S+)">(.*?)</text>'
@@ -53,6 +53,7 @@ def frames(app: Dashboard, count: int, *keys: str) -> None:
     """So many frames, with keys held down all the while."""
     pacer = app.session.link.pacer
     assert isinstance(pacer, Stepped)
+    app.session.sight.size = app.size
     for _ in range(count):
         for key in keys:
             app.session.key(key)
@@ -60,7 +61,7 @@ def frames(app: Dashboard, count: int, *keys: str) -> None:
         app.frame()
 
 
-async def driven(app: Dashboard) -> None:
+def drive_about(app: Dashboard) -> None:
     """Armed, driven round a bend and on."""
     frames(app, 10)
     app.session.key("enter")
@@ -71,41 +72,81 @@ async def driven(app: Dashboard) -> None:
     frames(app, 12, "w", "e")
 
 
-async def by_core(app: Dashboard) -> None:
+def press(app: Dashboard, *keys: str) -> None:
+    """Keys, one after the other."""
+    for key in keys:
+        app.session.key(key)
+
+
+def driven(app: Dashboard) -> None:
+    """Round a bend."""
+    drive_about(app)
+
+
+def by_core(app: Dashboard) -> None:
     """The core drives, seen from close by."""
-    await driven(app)
-    app.session.key("c")
-    app.session.key("z")
+    drive_about(app)
+    press(app, "c", "z")
     frames(app, 60)
 
 
-async def lost(app: Dashboard) -> None:
+def lost(app: Dashboard) -> None:
     """The transmitter went off while driving."""
-    await driven(app)
-    app.session.key("t")
+    drive_about(app)
+    press(app, "t")
     frames(app, 60)
 
 
-async def keys(app: Dashboard) -> None:
+def help_page(app: Dashboard) -> None:
     """The page of keys."""
-    await driven(app)
-    app.session.key("?")
+    drive_about(app)
+    press(app, "?")
     frames(app, 1)
 
 
-async def replayed(app: Dashboard) -> None:
+def bumped(app: Dashboard) -> None:
+    """Against the wall, seen from close by: bumpers, beams, slipping wheels."""
+    drive_about(app)
+    press(app, "z", *"+++++")
+    frames(app, 90, "w")
+
+
+def wires(app: Dashboard) -> None:
+    """What crosses the wires."""
+    press(app, "2")
+    drive_about(app)
+
+
+def scope(app: Dashboard) -> None:
+    """A push of the stick, caught by the trigger; and the current that it takes."""
+    press(app, "3", "v", "tab", "tab", *"command1_a", "enter")
+    press(app, "n", "right", "down", "down", *"1", "down", "left", "enter")
+    drive_about(app)
+
+
+def everything(app: Dashboard) -> None:
+    """A wide terminal."""
+    drive_about(app)
+
+
+def replayed(app: Dashboard) -> None:
     """The demo, some way in."""
     frames(app, 350)
 
 
-SHOTS: dict[str, tuple[int, int, Callable[[Dashboard], Awaitable[None]]]] = {
-    "drive-80x24": (80, 24, driven),
-    "drive-120x40": (120, 40, driven),
-    "core-80x24": (80, 24, by_core),
-    "link-lost-80x24": (80, 24, lost),
-    "keys-80x24": (80, 24, keys),
-    "demo-120x40": (120, 40, replayed),
-}
+def judged(app: Dashboard) -> None:
+    """A scenario's expectations, some way in."""
+    press(app, "4")
+    frames(app, 60)
+
+
+class Shot(NamedTuple):
+    """A picture: its size in cells, who is on the screen, what happens before it is taken."""
+
+    columns: int
+    rows: int
+    session: Callable[[], Session]
+    play: Callable[[Dashboard], None]
 
 
 def driving() -> Session:
@@ -113,22 +154,45 @@ def driving() -> Session:
     robot = load_robot("m2006")
     keyboard = Keyboard(robot.rc)
     job = Run("m2006", simulated(robot), 0, keyboard.inputs, RunInfo("m2006", "uart12"))
-    return Session(InlineLink(job.bench, keyboard.inputs, Stepped()), keyboard=keyboard)
+    return _session(to_drive(job, keyboard, Stepped()))
 
 
-def showing() -> Session:
-    """A fresh demo."""
-    job, summary, lamp = from_scenario(SCENARIO), Summary(), GoldenLamp(Recording.open(golden_directory()))
-    link = InlineLink(job.bench, job.inputs, Stepped(), takers=[summary, lamp], ticks=job.ticks)
-    return Session(link, job=job, lamp=lamp, summary=summary)
+def demo() -> Session:
+    """A fresh demo, held against its golden."""
+    return _session(to_show(from_scenario(SCENARIO), Recording.open(golden_directory()), Stepped()))
+
+
+def link_loss() -> Session:
+    """The example of docs/scenarios.md."""
+    return _session(to_show(from_scenario(EXAMPLE), None, Stepped()))
+
+
+def _session(stage: Stage) -> Session:
+    return Session(stage.link, keyboard=stage.keyboard, job=stage.job, lamp=stage.lamp, summary=stage.summary)
+
+
+SHOTS = {
+    "drive-80x24": Shot(80, 24, driving, driven),
+    "drive-120x40": Shot(120, 40, driving, driven),
+    "everything-200x60": Shot(200, 60, driving, everything),
+    "core-80x24": Shot(80, 24, driving, by_core),
+    "bumper-80x24": Shot(80, 24, driving, bumped),
+    "link-lost-80x24": Shot(80, 24, driving, lost),
+    "keys-80x24": Shot(80, 24, driving, help_page),
+    "wires-120x40": Shot(120, 40, driving, wires),
+    "scope-120x40": Shot(120, 40, driving, scope),
+    "checks-100x30": Shot(100, 30, link_loss, judged),
+    "demo-120x40": Shot(120, 40, demo, replayed),
+}
 
 
 async def shoot(name: str, folder: Path) -> Path:
     """One picture."""
-    width, height, play = SHOTS[name]
-    app = Dashboard(showing() if play is replayed else driving())
-    async with app.run_test(size=(width, height)) as pilot:
-        await play(app)
+    shot = SHOTS[name]
+    app = Dashboard(shot.session())
+    async with app.run_test(size=(shot.columns, shot.rows)) as pilot:
+        await pilot.pause()
+        shot.play(app)
         await pilot.pause()
         # The identifiers are made from a random number; a fixed one makes pictures that compare.
         svg = re.sub(r"terminal-\d+", "terminal-1", app.export_screenshot(title="wheelbench"))

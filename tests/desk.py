@@ -101,7 +101,7 @@ WIRES = Wires(
     core_to_base=(12_300, FrameDecoder().feed(bytes.fromhex("100ef841cd4c0000000000000000000026"))[0]),
     base_to_core=(12_300, FrameDecoder().feed(bytes.fromhex("500e0002000000000000000000000000005c"))[0]),
 )
-_SAID = "angle 1234 cnt   speed  -5648 rpm   current   -600 mA"
+_SAID = "1234 cnt   -5648 rpm    -600 mA"
 TABLE = WireTable(
     12_345,
     (
@@ -120,7 +120,7 @@ TABLE = WireTable(
             0.1215,
             12_345,
             bytes.fromhex("FDA80078FEC90000"),
-            "1   -600 mA   2   +120 mA   3   -311 mA   4     +0 mA",
+            "  -600    +120    -311      +0 mA",
         ),
         WireRow("can", "201", "front right", 12_346, 1000.0, 0.12, 12_345, bytes.fromhex("04D2E9F0FDA80000"), _SAID),
         WireRow("core", "< 41", "SET_V_AND_GET_DEADRECKON", 247, 20.0, 0.03, 12_300, bytes(13), "OK dx +0.00 mm"),

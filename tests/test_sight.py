@@ -43,14 +43,14 @@ def test_a_filter_is_typed_as_text_and_drives_nothing():
         await pilot.press("backspace")
         frame(app)
         text = words(session)
-        assert " 201     front right" in text
-        assert " 202     rear" not in text
+        assert " 201      front right" in text
+        assert " 202      rear" not in text
         await pilot.press("enter", "w")
         frame(app, 50)
         assert session.link.latest().sticks[0] > 0.0, "the filter is kept, and w drives again"
-        assert " 202     rear" not in words(session)
+        assert " 202      rear" not in words(session)
         await pilot.press("/", "escape")
-        assert " 202     rear" in words(session)
+        assert " 202      rear" in words(session)
         assert not session.over, "Escape left the filter, not the dashboard"
 
     piloted(armed(), steps)

@@ -50,7 +50,7 @@ def test_a_bus_is_counted_to_the_frame_and_its_load_to_the_bit():
     assert total(table, "can").load == pytest.approx(command.load + feedback.load)
     assert total(table, "can").rate_hz == pytest.approx(2000.0)
     assert (feedback.last_tick, feedback.data, feedback.name) == (1999, FEEDBACK, "front right")
-    assert feedback.said.split() == ["angle", "1234", "cnt", "speed", "-5648", "rpm", "current", "-600", "mA"]
+    assert feedback.said.split() == ["1234", "cnt", "-5648", "rpm", "-600", "mA"]
 
 
 def test_changing_frames_are_measured_one_in_four():
@@ -115,9 +115,9 @@ def test_the_log_has_the_newest_frames_and_only_what_the_filter_finds():
     tap = fed(outs)
     assert {one.key for one in tap.table("201,rear").log} == {"201", "202"}
     tap = fed(outs)
-    assert {one.key for one in tap.table("-311 MA").log} == {"200"}
+    assert {one.key for one in tap.table("-311").log} == {"200"}
     tap.take([tick(50, feedback=[(0x201, FEEDBACK)])])
-    assert tap.table("-311 MA").log[-1].tick == 49, "what was found before stays, and what does not match does not come"
+    assert tap.table("-311").log[-1].tick == 49, "what was found before stays, and what does not match does not come"
     assert tap.table("nowhere").log == ()
 
 

@@ -305,21 +305,24 @@ class CanWords:
         return message.name.replace("_", " ") if message is not None else "unknown"
 
     def said(self, can_id: int, data: bytes) -> str:
-        """Its fields, each with its unit; the bare bytes where nobody knows them."""
+        """Its fields in the order of its bytes, with their units; nothing where nobody knows them."""
         message = self._family.message(can_id, len(data))
         values = message.decode(data) if message is not None else None
         if message is None or values is None:
             return ""
-        return "   ".join(_field(one, value) for one, value in zip(message.variables, values, strict=True))
+        units = [_UNITS.get(one.suffix, one.suffix) for one in message.variables]
+        words = []
+        for place, (one, value) in enumerate(zip(message.variables, values, strict=True)):
+            is_last = place + 1 == len(units) or units[place + 1] != units[place]
+            words.append(_field(one, value) + (f" {units[place]}" if is_last and units[place] else ""))
+        return "  ".join(words)
 
 
 def _field(one: Field, value: int) -> str:
     """Its width does not change with its value: columns stand still."""
-    name = one.name.removeprefix("current_")
-    unit = _UNITS.get(one.suffix, one.suffix)
     if one.words:
-        return f"{name} {one.words.get(value, value)}"
-    return f"{name} {value:+6d} {unit}" if one.signed else f"{name} {value:4d} {unit}"
+        return f"{one.name} {one.words.get(value, value)}"
+    return f"{value:+6d}" if one.signed else f"{value:4d}"
 
 
 _UNITS = {"ma": "mA", "counts": "cnt", "mradps": "mrad/s", "degc": "°C"}

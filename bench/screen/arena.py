@@ -30,6 +30,8 @@ ZOOM_WIDTH_M = 1.0
 GRID_M, ZOOM_GRID_M = 1.0, 0.2
 TRUE_SIZE_FROM_DOTS = 3.0
 """A robot with a radius of fewer dots is drawn as an arrow: a ring that small shows no heading."""
+GHOST_FROM_DOTS = 2.0
+"""So far off, odometry gets a cross of its own."""
 PATCH_DOTS = 3.0
 NOSE_DOTS, NOSE_RADII = 6.0, 1.5
 ARROWS = "→↗↑↖←↙↓↘"
@@ -125,8 +127,11 @@ def _draw(view: _View, scene: Scene) -> None:
         canvas.sign(*view.at(x_m, y_m), "×", WARN)
     if scene.zoom:
         _beams(view, scene)
-    if snapshot.driver != FOREIGN_BASE:
-        canvas.sign(*view.at(snapshot.odometry.x_m, snapshot.odometry.y_m), "+", GHOST)
+    pose, guess = snapshot.pose, snapshot.odometry
+    # Right under an arrow it would only flicker between two cells.
+    off_dots = math.hypot(guess.x_m - pose.x_m, guess.y_m - pose.y_m) * view.scale
+    if snapshot.driver != FOREIGN_BASE and (scene.zoom or off_dots >= GHOST_FROM_DOTS):
+        canvas.sign(*view.at(guess.x_m, guess.y_m), "+", GHOST)
     _robot(view, scene)
 
 

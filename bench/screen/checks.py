@@ -66,7 +66,7 @@ def _expectations(scene: Scene, width: int) -> list[Line]:
     lines = [_counts(scene)]
     for lamp in scene.lamps:
         lines.append(
-            fit([(" ", PLAIN), _SIGNS[lamp.state], (f" {_margin(lamp):26}", PLAIN), (lamp.name, PLAIN)], width)
+            fit([(" ", PLAIN), _SIGNS[lamp.state], (f" {_margin(lamp):28}", PLAIN), (lamp.name, PLAIN)], width)
         )
     return lines
 

@@ -31,12 +31,10 @@ SEE_KEYS = (
     ("N", "scope: trigger and time"),
 )
 SIGNS = (
-    ("↗ or ring", "the robot; its line is its front"),
-    ("+", "where odometry believes it is"),
-    ("×", "here a wheel slid on the floor"),
-    ("outer arc", "a bumper that is pressed"),
-    ("dots", "beams of the range sensors"),
-    ("◆ █", "wanted speed, speed of a wheel"),
+    ("↗ ring", "the robot, a line to its front"),
+    ("+ ×", "odometry; here a wheel slid"),
+    ("arc, dots", "pressed bumper; sensor beams"),
+    ("◆ █", "a wheel's wanted speed, its own"),
 )
 RUN_KEYS = (
     ("P", "pause, go on"),

@@ -32,7 +32,7 @@ _COLOURS = {
     text.TRAIL: Style(color="#4f9fcf"),
     text.GRID: Style(color="#4a5561"),
     text.TRACE: Style(color="#6fc3df"),
-    text.OTHER_TRACE: Style(color="#e5b84b"),
+    text.OTHER_TRACE: Style(color="#f5f5f5"),
 }
 """Chosen so that the nearest of sixteen colours means the same."""
 STYLES = {role: Style(bgcolor=BACKGROUND) + style for role, style in _COLOURS.items()}

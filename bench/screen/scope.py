@@ -76,9 +76,9 @@ def _head(scene: Scene, picture: ScopePicture, width: int) -> list[Line]:
     settings = picture.settings
     role = GOOD_BADGE if picture.state in (TRIGGERED, CAUGHT) else WARN_BADGE if picture.state == WAITING else LABEL
     trigger = f" {settings.mode}: {settings.signals[0]} {settings.edge} through {settings.level:g}"
-    line: Line = [(f" {_STATES[picture.state]} ", role), (trigger, PLAIN)]
+    line: Line = [(" ", PLAIN), (f" {_STATES[picture.state]} ", role), (trigger, PLAIN)]
     if scene.shown.held:
-        line = [(" HELD ", WARN_BADGE), (" h lets go ", WARN), *line]
+        line = [(" ", PLAIN), (" HELD ", WARN_BADGE), (" h lets go", WARN), *line]
     keys: Line = [
         ("V", KEY),
         (" signals ", LABEL),
@@ -174,12 +174,12 @@ def _ms(milliseconds: float) -> str:
 
 def _menu(menu: Menu, picture: ScopePicture, width: int) -> list[Line]:
     if menu.kind == "trigger":
-        head = " trigger: ↑ ↓ choose, ← → change, digits for the level, Enter arms it again, Esc closes"
+        head = " trigger: ↑↓ choose, ←→ change, digits set a level, Enter arms again, Esc closes"
         words = [f"{word:12} {value}" for word, value in zip(_TRIGGER_WORDS, menu.choices, strict=True)]
         return [fit([(head, TITLE)], width, TITLE), *_list(words, menu.row, width)]
     now = picture.settings.signals
     there = now[menu.trace] if menu.trace < len(now) else "a new one"
-    head = f" trace {menu.trace + 1} ({there}): {menu.text}▏ ↑ ↓ choose, Enter takes, Tab next trace, Backspace removes"
+    head = f" trace {menu.trace + 1} ({there}): {menu.text}▏ ↑↓ Enter takes, Tab next trace, Backspace removes"
     return [fit([(head, TITLE)], width, TITLE), *_list(menu.choices or ("nothing has that name",), menu.row, width)]
 
 

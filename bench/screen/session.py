@@ -56,6 +56,8 @@ class Session:
         self.keyboard = keyboard
         self.over = False
         self.failure: Exception | None = None
+        self.unmet = False
+        """Whether an expectation of the run that was shown has not been met."""
         self.job = job
         self._lamp = lamp
         self._summary = summary
@@ -326,6 +328,10 @@ class Session:
         if self._lamp is not None:
             self._lamp.finish(self.link.now_tick)
             lines.append(f"golden    {self._lamp.text}")
+        if self.job is not None and self.job.judge is not None:
+            verdicts = self.job.judge.verdicts()
+            self.unmet = not all(one.ok for one in verdicts)
+            lines += [f"{'expect' if one.ok else 'EXPECT':10}{one.text}" for one in verdicts]
         if self._summary is not None and self.job is not None:
             lines += self._summary.lines(self.job)
         self._result = tuple(lines) or ("no more ticks",)

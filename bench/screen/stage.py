@@ -41,11 +41,12 @@ def to_drive_robot(robot: Robot, arena: Arena, pacer: Pacer) -> Stage:
 
 
 def to_show(run: Run, golden: Recording | None, pacer: Pacer) -> Stage:
-    """A run that is shown, held against a golden or against the recording that it repeats."""
+    """A run that is shown: held against a golden or the recording that it repeats, judged by its expectations."""
     golden = golden or run.source
     lamp = GoldenLamp(golden) if golden is not None else None
     summary = Summary(len(run.bench.robot.wheels))
-    takers: list[Taker] = [summary, *(taker for taker in (lamp, run.checks) if taker is not None)]
+    judges = (summary, lamp, run.checks, run.judge)
+    takers: list[Taker] = [taker for taker in judges if taker is not None]
     motors = run.bench.world.motors
     shared = [motors.recorded] if isinstance(motors, RecordedMotors) else []
     link = InlineLink(run.bench, run.inputs, pacer, takers=takers, ticks=run.ticks, remembers=True, shared=shared)

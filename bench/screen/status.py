@@ -80,10 +80,11 @@ def _sticks(scene: Scene) -> list[_Row]:
     frame = snapshot.rc_frame
     axes = (profile.forward, profile.right, profile.clockwise)
     switches = (("AUX1", profile.aux1), ("AUX2", profile.aux2))
+    said = "sticks" if snapshot.link in (LIVE, DEGRADED) else "were at"
     return [
         (7, head),
         (10, _row("raw", *(f"ch{axis.channel} {_channel(frame, axis):>4}" for axis in axes))),
-        (3, _row("sticks", *(f"{signed(100 * stick, 5, 0)} %   " for stick in snapshot.sticks))),
+        (3, _row(said, *(f"{signed(100 * stick, 5, 0)} %   " for stick in snapshot.sticks))),
         (11, _row("switch", *(_switch(name, frame, button) for name, button in switches))),
     ]
 

@@ -17,7 +17,7 @@ SLIP_MMPS = 50.0
 """From here on a wheel is said to slide over the floor. A wheel that creeps under load stays below."""
 NUMBERS_WIDTH = 46
 """Everything on a line but its two bars and its slip."""
-SLIP_WIDTH = 10
+SLIP_WIDTH = 11
 SLIP_FROM = 76
 """From this width on there is room for the slip."""
 
@@ -40,7 +40,7 @@ def wheels(scene: Scene, width: int, height: int) -> list[Line]:
             (f" {'wheel':12}{'wanted':>7} {'is rad/s':>8} ", LABEL),
             ((scale if len(scale) <= speed_width else "").ljust(speed_width), LABEL),
             (f" {'current':>8} {f'limit {limit:g} A':{current_width + 6}}", LABEL),
-            (" slip mm/s" if slip_width else "", LABEL),
+            (" slip mm/s " if slip_width else "", LABEL),
         ]
     ]
     values = zip(
@@ -77,8 +77,8 @@ def slips_mmps(wheels: tuple[Wheel, ...], twist: BodyTwist, wheel_radps: Sequenc
 
 def _slip(mmps: float) -> tuple[str, str]:
     if abs(mmps) >= SLIP_MMPS:
-        return f" SLIP{signed(mmps, 5, 0)}", WARN
-    return f"{signed(mmps, SLIP_WIDTH, 0)}", PLAIN
+        return f" SLIP{signed(mmps, 5, 0)} ", WARN
+    return f"{signed(mmps, SLIP_WIDTH - 1, 0)} ", PLAIN
 
 
 @lru_cache(maxsize=8)

@@ -62,7 +62,7 @@ def passes(filter: str, row: WireRow) -> bool:
 
 def _head(scene: Scene, wide: bool) -> Line:
     shown = scene.shown
-    columns = f" {'id':7} {'what':13} {'rate':>7} {'age':>7}"
+    columns = f" {'id':8} {'what':13} {'rate':>7} {'age':>7}"
     columns += f" {'load':>6} {'frames':>9}  {'bytes':23}  says" if wide else "  says"
     line: Line = [(columns, LABEL)]
     typing = shown.menu is not None and shown.menu.kind == "filter"
@@ -83,7 +83,7 @@ def _sum(scene: Scene, one: WireSum, wide: bool) -> Line:
     full = one.load >= CROWDED
     bar = fill_bar(one.load, 20 if wide else 8)
     line: Line = [
-        (f" {NAMES[one.wire]:12}", KEY),
+        (f" {NAMES[one.wire]:13}", KEY),
         (f"{one.about:18}", LABEL),
         (f"{one.rate_hz:6.0f}/s  ", PLAIN),
         (bar, WARN if full else GOOD),
@@ -104,7 +104,7 @@ def _errors(scene: Scene, one: WireSum) -> tuple[str, str]:
 
 def _row(row: WireRow, now: int, wide: bool) -> Line:
     line: Line = [
-        (f" {row.key:7.7}", PLAIN),
+        (f" {row.key:8.8}", PLAIN),
         (f" {row.name:13.13}", LABEL),
         (f" {row.rate_hz:5.0f}/s {age(now - row.last_tick):>7}", PLAIN),
     ]
@@ -115,7 +115,7 @@ def _row(row: WireRow, now: int, wide: bool) -> Line:
 
 
 def _logged(one: Logged, wide: bool) -> Line:
-    line: Line = [(f" {one.tick / 1000:9.3f}", LABEL), (f" {one.wire:4} {one.key:7.7}", PLAIN)]
+    line: Line = [(f" {one.tick / 1000:9.3f}", LABEL), (f" {one.wire:4} {one.key:8.8}", PLAIN)]
     if wide:
         line.append((f" {_bytes(one.data):23}", LABEL))
     return [*line, (f"  {one.said}", PLAIN)]
