@@ -173,7 +173,7 @@ class Keyboard:
             source=self.source,
             source_state=self._state(),
             pad=(sticks.forward, sticks.left, sticks.turn) if self.mouse.on else None,
-            curve=f"expo {profile.expo:.2f}, dead-band {100 * profile.dead_band:.0f} %" if profile is not None else "",
+            curve=_curve(profile) if profile is not None else "",
         )
 
     def _sticks(self, tick: int) -> Sticks:
@@ -340,3 +340,9 @@ class Keyboard:
             pulse.press(now_tick)
             return ""
         return "this profile has no switch for that" + ("; it is armed by its link" if key == "enter" else "")
+
+
+def _curve(profile: Profile) -> str:
+    """What the base makes of a stick's way."""
+    bend = f"expo {profile.expo:.2f}" if profile.expo else "linear"
+    return f"{bend}, dead-band {100 * profile.dead_band:.0f} %"
