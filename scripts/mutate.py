@@ -76,7 +76,7 @@ def report(name: str, given: argparse.Namespace, known: dict[str, str]) -> int:
     """Try a module's mutants and print what became of them; how many survivors and reasons have not each other."""
     target = TARGETS[name]
     tree, made = mutants((ROOT / target.path).read_text())
-    chosen = [number for number, mutant in enumerate(made) if given.match in mutant.name]
+    chosen = [number for number, mutant in enumerate(made) if any(text in mutant.name for text in given.match)]
     if 0 < given.sample < len(chosen):
         chosen = sorted(random.Random(given.seed).sample(chosen, given.sample))
     begun, out = time.monotonic(), os.dup(1)
@@ -110,7 +110,7 @@ def main() -> int:
     """The command line; 0 where every survivor has its reason."""
     parser = argparse.ArgumentParser(description="Mutate the codecs and the link machine.")
     parser.add_argument("--only", default="", help=f"some of {', '.join(TARGETS)}")
-    parser.add_argument("--match", default="", help="only mutants whose name holds this text")
+    parser.add_argument("--match", nargs="+", default=[""], help="only mutants whose name holds one of these texts")
     parser.add_argument("--sample", type=int, default=0, help="so many mutants a module; 0: all")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
