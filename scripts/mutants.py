@@ -129,6 +129,8 @@ def sites(tree: ast.Module) -> Iterator[Site]:
             function = f"{function}.{node.name}" if function else node.name
         if isinstance(node, ast.Raise | ast.JoinedStr):
             return  # the words of a refusal
+        if isinstance(node, ast.keyword) and node.arg == "about":
+            return  # what a DBC says to people
         if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in ("__slots__", "__all__"):
             return
         for field, value in ast.iter_fields(node):

@@ -186,6 +186,32 @@ def test_clearing_nobody_and_unknown_variants_are_refused():
         dm3519.family(10)
 
 
+@pytest.mark.parametrize(("name", "last"), [("c610", "C610_QuickId"), ("dm3519", "DM3519_ClearError")])
+def test_messages_go_by_their_maker_and_the_numbers_of_their_escs(name, last):
+    """In the order of identifiers: 0x1FF comes first."""
+    commands = [f"{name.upper()}_Command_5_8", f"{name.upper()}_Command_1_4"]
+    feedback = [f"{name.upper()}_Feedback_{number}" for number in range(1, 9)]
+    assert [message.name for message in FAMILIES[name].messages] == [*commands, *feedback, last]
+    assert FAMILIES[name].name == name
+
+
+def facts(field):
+    return field.first_byte, field.size, field.signed, field.low, field.high, field.suffix, field.unit, field.scale
+
+
+@pytest.mark.parametrize("name", ["c610", "dm3519", "dm3519 20.5 A, error, short"])
+def test_both_groups_and_all_escs_speak_alike(name):
+    """What stands at the same place of another frame of the kind is the same but for its number."""
+    family = FAMILIES[name]
+    first, second = family.commands
+    assert [facts(field) for field in first.fields] == [facts(field) for field in second.fields]
+    assert [field.name for field in (*first.fields, *second.fields)] == [f"current_{number}" for number in range(1, 9)]
+    assert first.receivers + second.receivers == tuple(f"ESC_{number}" for number in range(1, 9))
+    assert all(message.fields == family.feedback[0].fields for message in family.feedback)
+    assert [message.sender for message in family.feedback] == [f"ESC_{number}" for number in range(1, 9)]
+    assert {message.receivers for message in family.feedback} == {("Controller",)}
+
+
 def test_scales():
     assert c610.FAMILY.raw_per_a == 1000
     assert dm3519.family().raw_per_a == 819.2
