@@ -46,8 +46,6 @@ TEST_CPU_S, TIMES = 2, 4
 """A test that takes so much longer under a mutant than so often its usual time hangs: of processor time, so that a
 busy machine kills no mutant."""
 UNKNOWN_S = 10.0
-QUICK_S = 0.1
-"""A mutant that is imported anew meets the tests of all files that take less, before any that takes more."""
 IMPORT_CPU_S = 20
 FORK_WALL_S = 900
 """A fork without an end after so long by the wall clock tells nothing: it waits, or the machine is busy."""
@@ -241,15 +239,10 @@ class Killers:
             self.all[trial.by] += 1
             self.near[mutant.function, trial.by] += 1
 
-    def sorted(self, mutant: Mutant, tests: Iterable[str], quick: bool | None = None) -> list[str]:
-        """All, only quick or only slow ones: those that killed neighbours, those that killed others, the quickest."""
+    def sorted(self, mutant: Mutant, tests: Iterable[str]) -> list[str]:
+        """Those that killed neighbours, those that killed others, those that are quick."""
         return sorted(
-            (
-                test
-                for test in tests
-                if (took_s := self.seconds.get(test, 0.0)) < self.under_s
-                if quick is None or quick == (took_s < QUICK_S)
-            ),
+            (test for test in tests if self.seconds.get(test, 0.0) < self.under_s),
             key=lambda test: (-self.near[mutant.function, test], -self.all[test], self.seconds.get(test, 0.0)),
         )
 
@@ -341,7 +334,10 @@ class Module:
         for number, trial in trials.items():
             killers.add(self.made[number], trial)
         anew = [number for number, trial in trials.items() if trial.verdict == ANEW]
-        trials.update(self._try_anew(anew, killers, jobs))
+        for number, ended in forks(jobs, anew, functools.partial(self._anew, killers)):
+            trials[number] = ended.trial
+            killers.add(self.made[number], ended.trial)
+            self.tell(self.made[number], ended.trial)
         return trials
 
     def _loaded(self, numbers: Sequence[int], jobs: int, under_s: float) -> dict[str, object]:
@@ -422,40 +418,15 @@ class Module:
             killers.add(self.made[number], ended.trial)
             yield number, ended.trial
 
-    def _try_anew(self, numbers: Sequence[int], killers: Killers, jobs: int) -> dict[int, Trial]:
-        """Import each mutant and load the tests, file by file: the one that kills most first, slow tests at the end."""
-
-        def deadliness(name: str) -> int:
-            return sum(count for test, count in killers.all.items() if test.startswith(f"tests/{name}.py"))
-
-        trials = dict.fromkeys(numbers, Trial(SURVIVED))
-        files = sorted(self.files, key=deadliness, reverse=True)
-        for name in files if numbers else ():
-            for _, ended in forks(1, [name], self._as_it_is):
-                if ended.answer != "":
-                    raise Broken(ended.answer or ended.raised or f"{name} ended by signal {ended.signal}")
-        for name, quick in [(name, quick) for quick in (True, False) for name in files]:
-            left = [number for number, trial in trials.items() if trial.verdict == SURVIVED]
-            for number, ended in forks(jobs, left, functools.partial(self._anew, name, quick, killers)):
-                trials[number] = ended.trial
-                killers.add(self.made[number], ended.trial)
-        for number, trial in trials.items():
-            self.tell(self.made[number], trial)
-        return trials
-
-    def _as_it_is(self, name: str) -> str:
-        """In a fork: whether one file of tests can be loaded where nothing is changed."""
-        return _load(self.root, [name], lambda loaded: None)
-
-    def _anew(self, name: str, quick: bool, killers: Killers, number: int) -> str:
-        """In a fork: one file's quick tests, or its slow ones, with one mutant; the test that fails."""
+    def _anew(self, killers: Killers, number: int) -> str:
+        """In a fork: import the module with one mutant, and the tests; the test that fails."""
         _limit(IMPORT_CPU_S)
         sys.dont_write_bytecode = True
         mutant = self.made[number]
         mutant.apply()
         sys.meta_path.insert(0, Only(self.name, self.file, ast.fix_missing_locations(self.tree)))
         return _load(
-            self.root, [name], lambda loaded: loaded.run(killers.sorted(mutant, loaded.tests, quick), killers.seconds)
+            self.root, self.files, lambda loaded: loaded.run(killers.sorted(mutant, loaded.tests), killers.seconds)
         )
 
 
