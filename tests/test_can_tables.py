@@ -193,6 +193,8 @@ def test_messages_go_by_their_maker_and_the_numbers_of_their_escs(name, last):
     feedback = [f"{name.upper()}_Feedback_{number}" for number in range(1, 9)]
     assert [message.name for message in FAMILIES[name].messages] == [*commands, *feedback, last]
     assert FAMILIES[name].name == name
+    for_all = FAMILIES[name].messages[-1]
+    assert (for_all.sender, for_all.receivers) == ("Controller", tuple(f"ESC_{number}" for number in range(1, 9)))
 
 
 def facts(field):
