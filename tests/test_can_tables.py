@@ -131,10 +131,16 @@ def test_a_dm3519_says_its_error_by_name():
     for code, name in [
         (0, "off"),
         (1, "on"),
+        (5, "sensor"),
+        (6, "parameter"),
+        (8, "over-voltage"),
         (9, "under-voltage"),
+        (10, "over-current"),
+        (11, "MOSFET hot"),
+        (12, "coil hot"),
         (13, "link lost"),
         (14, "overload"),
-        (7, "unknown"),
+        *((code, "unknown") for code in (2, 3, 4, 7, 15)),
     ]:
         said = error.describe(0x208, bytes([0, 0, 0, 0, 0, 0, 30, code]))
         assert (said["temperature_degc"], said["error"], said["error_name"]) == (30, code, name)
