@@ -56,7 +56,7 @@ def test_what_can_leave_the_machine_has_to_be_asked_for():
     [
         ("sim:", True),
         ("can:virtual:x", True),
-        ("can:udp_multicast:239.0.0.1", True),
+        ("can:udp_multicast:239.0.0.1", False),
         ("can:udp_multicast:239.0.0.1?remote=yes", False),
         ("can:slcan:/dev/ttyACM0", False),
         ("can:slcan:pty:", False),

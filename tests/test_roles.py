@@ -191,7 +191,7 @@ def test_a_firmware_on_three_wires_drives_the_simulated_robot(tmp_path):
     assert plant.pose.x_m > 0.1
     assert firmware.base.odometry.pose.x_m == pytest.approx(plant.pose.x_m, abs=0.01)
     assert sum(len(out.can_commands) for out in bench.outs) > 1000
-    assert bench.bench.snapshot().link == "foreign base"
+    assert bench.bench.snapshot().driver == "foreign base"
     firmware.close()
     bench.rig.close()
 
@@ -437,7 +437,7 @@ def test_motors_and_bench_meet_over_multicast_between_processes(tmp_path):
     escs = wheelbench("emulate", "escs", where, "--json")
     try:
         assert json.loads(escs.stdout.readline())["event"] == "listening"
-        run = wheelbench("replay", scenario(tmp_path, 0.8), "--role", "motors", "--can", where, "--json")
+        run = wheelbench("replay", scenario(tmp_path, 0.8), "--role", "motors", "--can", where, "--arm", "--json")
         out, err = run.communicate(timeout=60)
         facts = json.loads(out)
         assert run.returncode == 0, err

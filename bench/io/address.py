@@ -65,10 +65,8 @@ class CanAddress(NamedTuple):
 
     @property
     def is_harmless(self) -> bool:
-        """Whether no motor can hang on it: inside the process, or on this machine's own virtual buses."""
-        return self.interface in ("sim", "virtual") or (
-            self.interface == "udp_multicast" and self.options.get("hop_limit") == 0
-        )
+        """Whether no motor can hang on it: it does not leave the process. A bus between processes may be bridged."""
+        return self.interface in ("sim", "virtual")
 
 
 def serial_address(name: str, text: str) -> SerialAddress:
