@@ -93,6 +93,7 @@ def test_key_releases_where_the_terminal_tells_them_and_what_becomes_of_a_held_k
     terminal = opened(kitty=True)
     assert terminal.flags == [0, 27]
     arm(terminal)
+    terminal.type(b"\x1b[13;1:2u" * 5)  # Enter is still down: that is no second press
     for _ in range(3):  # on a machine that is busy for longer than a lease, a hold may end early
         terminal.type(W)
         terminal.serve(0.5)

@@ -22,6 +22,7 @@ from textual.message import Message
 from bench.io.clock import now_ns
 from bench.screen import terminal_input as sent
 from bench.screen.guardian import Guardian
+from bench.screen.key_sticks import MOTION
 from bench.screen.terminal_watch import TerminalWatch
 
 POLL_S = 0.05
@@ -31,6 +32,8 @@ BACKLOG = 8
 """More writes than this waiting: the terminal does not take what it is sent. A frame is three or four."""
 PATIENCE_S = 1.0
 """So long the last words to a terminal may take."""
+REPEATING = frozenset(MOTION) | {"space", "backspace", "delete", "home", "end", "pageup", "pagedown", "tab", *"+-.,[]"}
+"""Keys that may repeat where a terminal tells repeats. Any other that is held down has been pressed once: Enter arms."""
 MOUSE_ON, MOUSE_OFF = "\x1b[?1002h\x1b[?1006h", "\x1b[?1002l\x1b[?1006l"
 """Presses, releases and drags, in SGR form; movement without a button is nobody's business."""
 
@@ -213,6 +216,8 @@ class Terminal(LinuxDriver):
 
     def _message(self, one: sent.Input) -> Message | None:
         match one:
+            case sent.Key(name, _, sent.REPEAT) if name.lower() not in REPEATING:
+                return None
             case sent.Key(name, character, kind):
                 return KeyReleased(name.lower()) if kind == sent.RELEASE else events.Key(_textual_name(name), character)
             case sent.CursorAt(row, column):
