@@ -33,7 +33,7 @@ BACKLOG = 8
 PATIENCE_S = 1.0
 """So long the last words to a terminal may take."""
 REPEATING = frozenset(MOTION) | {"space", "backspace", "delete", "home", "end", "pageup", "pagedown", "tab", *"+-.,[]"}
-"""Keys that may repeat where a terminal tells repeats. Any other that is held down has been pressed once: Enter arms."""
+"""Keys that may repeat where a terminal tells repeats. Any other that is held down counts once: Enter arms."""
 MOUSE_ON, MOUSE_OFF = "\x1b[?1002h\x1b[?1006h", "\x1b[?1002l\x1b[?1006l"
 """Presses, releases and drags, in SGR form; movement without a button is nobody's business."""
 
