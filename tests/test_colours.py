@@ -4,10 +4,12 @@ import math
 from itertools import combinations
 
 import pytest
+from desk import at_the_keys, frame, piloted
 from rich.color import Color, ColorSystem
 from rich.segment import Segment
 from textual.color import Color as TextualColor
 from textual.filter import Monochrome
+from textual.geometry import Region
 
 from bench.screen import text
 from bench.screen.panel import BACKGROUND, STYLES
@@ -101,3 +103,22 @@ def test_without_colour_badges_are_still_badges():
         assert len(set(segment.style.bgcolor.get_truecolor())) == 1, "grey"
         assert contrast(segment.style.bgcolor, Color.parse(BACKGROUND)) >= 1.5, role
         assert contrast(segment.style.color, segment.style.bgcolor) >= 4.5, role
+
+
+def test_the_dashboard_heeds_no_color(monkeypatch):
+    def colours(app):
+        title = app.query_one("#title")
+        (strip,) = title.render_lines(Region(0, 0, title.size.width, 1))
+        return {color.get_truecolor() for segment in strip for color in (segment.style.color, segment.style.bgcolor)}
+
+    async def steps(app, pilot):
+        frame(app)
+        await pilot.pause()
+        found.append(colours(app))
+
+    found = []
+    piloted(at_the_keys(), steps)
+    monkeypatch.setenv("NO_COLOR", "1")
+    piloted(at_the_keys(), steps)
+    assert any(len(set(colour)) > 1 for colour in found[0])
+    assert all(len(set(colour)) == 1 for colour in found[1])

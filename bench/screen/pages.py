@@ -31,10 +31,10 @@ SEE_KEYS = (
     ("N", "scope: trigger and time"),
 )
 SIGNS = (
-    ("↗ ring", "the robot, a line to its front"),
+    ("↗ ring", "robot, a line to its front"),
     ("+ ×", "odometry; here a wheel slid"),
     ("arc, dots", "pressed bumper; sensor beams"),
-    ("◆ █", "a wheel's wanted speed, its own"),
+    ("◆ █", "wanted speed, a wheel's own"),
 )
 RUN_KEYS = (
     ("P", "pause, go on"),

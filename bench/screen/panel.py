@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from rich.segment import Segment
 from rich.style import Style
+from textual.color import Color
+from textual.filter import ANSIToTruecolor
 from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
@@ -16,6 +18,7 @@ from bench.screen.layout import Place
 from bench.screen.text import Line, width_of
 
 BACKGROUND, FOREGROUND = "#10141a", "#c8d0d8"
+_GROUND = Color.parse(BACKGROUND)
 _COLOURS = {
     text.PLAIN: Style(color=FOREGROUND),
     text.LABEL: Style(color="#7f8b98"),
@@ -81,6 +84,9 @@ class Panel(Widget):
     def render_lines(self, crop: Region) -> list[Strip]:
         """These rows, without what Textual does for borders, padding and styles: there are none."""
         strips = [self.render_line(y) for y in range(crop.y, crop.bottom)]
+        for filter in self.get_line_filters():
+            if not isinstance(filter, ANSIToTruecolor):  # NO_COLOR's; of the sixteen colours we name none
+                strips = [strip.apply_filter(filter, _GROUND) for strip in strips]
         if crop.x == 0 and crop.width == self.size.width:
             return strips
         return [strip.crop(crop.x, crop.right) for strip in strips]
