@@ -237,27 +237,32 @@ def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path, monkeypatch):
     assert folder_of(project).parent == tmp_path / "passing" / f"wheelbench-{os.getuid()}"
 
 
-def test_a_sanitizer_names_its_finding(tmp_path):
+def test_a_sanitizer_names_its_finding_and_its_line(tmp_path):
     source = """
         #include "wheelbench.h"
+        #include <stdlib.h>
+        #include <string.h>
         static uint8_t frame[12];
-        static volatile int count = 12;
-        static int byte(uint8_t value) { frame[count] = value; return count; }
+        static volatile int count = 12, more = 5;
+        static void past(uint8_t value) { frame[count] = value; }
+        static void over(uint8_t value) { uint8_t *four = malloc(4); memset(four, value, more); frame[0] = four[1]; }
         int main(void) {
             for (uint8_t in;;)
-                if (wb_uart_read(WB_RC, &in, 1)) byte(in);
+                if (wb_uart_read(WB_RC, &in, 1)) { if (in == 'p') past(in); else over(in); }
         }
         """
-    made(tmp_path, source)
-    base = made(tmp_path, source, "sanitize = true\n", "asan.toml")()
-    base.step(0, b"", b"", ())
-    with pytest.raises(ControllerFailed) as failed:
-        base.step(1, b"x", b"", ())
-    text = str(failed.value)
-    assert text.startswith(
-        "asan.toml: at tick 1 (0.001 s) the firmware broke a rule that UndefinedBehaviorSanitizer watches: "
-        "index 12 out of bounds for type 'uint8_t [12]' (fw.c:5)\nthe sanitizer's own words:\n"
-    ), text
+    firmware = made(tmp_path, source, "sanitize = true\nflags = ['-fno-inline']\n")
+    for order, says in (
+        (b"p", "UndefinedBehaviorSanitizer watches: index 12 out of bounds for type 'uint8_t [12]' (fw.c:7)"),
+        (b"o", "AddressSanitizer watches: heap-buffer-overflow in over (fw.c:8)"),
+    ):
+        base = firmware()
+        base.step(0, b"", b"", ())
+        with pytest.raises(ControllerFailed) as failed:
+            base.step(1, order, b"", ())
+        first, _, below = str(failed.value).partition("\n")
+        assert first == f"fw.toml: at tick 1 (0.001 s) the firmware broke a rule that {says}"
+        assert below.startswith("the sanitizer's own words:\n")
 
 
 # --- time ------------------------------------------------------------------------------------------------------------

@@ -123,16 +123,18 @@ def _signal(number: int) -> str:
 
 
 def _sanitized(report: str) -> str:
-    """The sanitizer's finding in a line: its kind and its place."""
-    summary = re.search(r"^SUMMARY: (\w+): (\S+) (\S+?) in (.+)$", report, re.MULTILINE)
-    if summary is not None:
-        tool, kind, where, function = summary.groups()
-        return f"broke a rule that {tool} watches: {kind} in {function} ({_file(where)})"
+    """The sanitizer's finding in a line: its kind and its place, which is the innermost line of the team's own."""
     found = re.search(r"^(\S+?): runtime error: (.+)$", report, re.MULTILINE)
     if found is not None:
         where, what = found.groups()
         return f"broke a rule that UndefinedBehaviorSanitizer watches: {what} ({_file(where)})"
-    return "broke a rule that a sanitizer watches"
+    kind = re.search(r"ERROR: (\w+): ([\w-]+)", report)
+    tool, what = kind.groups() if kind is not None else ("a sanitizer", "see below")
+    for function, where in re.findall(r"^ +#\d+ 0x[0-9a-f]+ in (.+) (\S+?:\d+)", report, re.MULTILINE):
+        if "libsanitizer" not in where and not where.startswith(str(_SHIM)):
+            shown = "main" if function == "wb_firmware_main" else function
+            return f"broke a rule that {tool} watches: {what} in {shown} ({_file(where)})"
+    return f"broke a rule that {tool} watches: {what}"
 
 
 def _parted(output: str) -> tuple[str, str]:
@@ -143,7 +145,8 @@ def _parted(output: str) -> tuple[str, str]:
 
 def _own_lines(report: str) -> list[str]:
     """The lines of a report but for those that tell of the shim and of the C library."""
-    return [line for line in report.splitlines() if str(_SHIM) not in line and "libc" not in line][:_REPORT_LINES]
+    ours = (str(_SHIM), "libc", "wb_entry", "_start (")
+    return [line for line in report.splitlines() if not any(name in line for name in ours)][:_REPORT_LINES]
 
 
 def _file(where: str) -> str:

@@ -27,6 +27,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { PACKET = 65536, CALLERS = 24, ENDED = 256 };
@@ -270,6 +271,18 @@ void wb_wait(void) {
 void wb_sleep_ms(uint32_t ms) {
     for (uint32_t start = wb_tick; wb_tick - start < ms;)
         wb_end_tick();
+}
+
+/* The host's calendar and stop-watch would tell when a run was made; the firmware's begin with it. */
+time_t time(time_t *to) {
+    time_t now = (time_t)(wb_tick / 1000);
+    if (to)
+        *to = now;
+    return now;
+}
+
+clock_t clock(void) {
+    return (clock_t)wb_tick * (CLOCKS_PER_SEC / 1000);
 }
 
 /* --- wires -------------------------------------------------------------------------------------------------------- */
