@@ -352,6 +352,39 @@ def test_handlers_that_nobody_arms_hear_nothing(tmp_path):
     assert b"".join(frames[0][1] for frames in sent[4:]) == b"efqqqq", "a reception that was not armed again is deaf"
 
 
+def test_fdcan_carries_classic_frames(tmp_path, capsys):
+    source = """
+        #include "stm32g4xx_hal.h"
+        FDCAN_HandleTypeDef hfdcan1;
+        static uint8_t heard;
+        void HAL_FDCAN_RxFifo0Callback(FDCAN_HandleTypeDef *can, uint32_t which) {
+            FDCAN_RxHeaderTypeDef header;
+            uint8_t data[8];
+            while (HAL_FDCAN_GetRxFifoFillLevel(can, FDCAN_RX_FIFO0))
+                if (HAL_FDCAN_GetRxMessage(can, FDCAN_RX_FIFO0, &header, data) == HAL_OK)
+                    heard += header.Identifier & 0xF;
+        }
+        int main(void) {
+            FDCAN_TxHeaderTypeDef header = {.Identifier = 0x200, .DataLength = FDCAN_DLC_BYTES_1};
+            FDCAN_TxHeaderTypeDef old = {.Identifier = 0x1FF, .DataLength = 0x00020000};
+            HAL_FDCAN_Init(&hfdcan1);
+            HAL_FDCAN_Start(&hfdcan1);
+            HAL_FDCAN_ActivateNotification(&hfdcan1, FDCAN_IT_RX_FIFO0_NEW_MESSAGE, 0);
+            HAL_FDCAN_AddMessageToTxFifoQ(&hfdcan1, &old, (const uint8_t *)"ab");
+            for (;;) {
+                HAL_FDCAN_AddMessageToTxFifoQ(&hfdcan1, &header, &heard);
+                __WFI();
+            }
+        }
+        """
+    (tmp_path / "fw.c").write_text(textwrap.dedent(source))
+    assert said(capsys, "dut", "init", tmp_path)[0] == 0
+    assert 'fdcan = "hfdcan1"' in (tmp_path / "wheelbench.toml").read_text()
+    base = firmware_of(tmp_path / "wheelbench.toml")()
+    assert base.step(0, b"", b"", FEEDBACK)[0] == ((0x1FF, b"ab"), (0x200, b"\0")), "nobody listened yet"
+    assert base.step(1, b"", b"", FEEDBACK)[0] == ((0x200, b"\x06"),)
+
+
 def test_tasks_run_by_priority_and_queues_wake_them(tmp_path):
     source = """
         #include "FreeRTOS.h"

@@ -78,6 +78,7 @@ def wires_c(project: Project) -> str:
     for kind, handles in (
         ("UART_HandleTypeDef", (project.rc, project.slamware)),
         ("CAN_HandleTypeDef", (project.can,)),
+        ("FDCAN_HandleTypeDef", (project.fdcan,)),
         ("TIM_HandleTypeDef", tuple(handle for handle, _ in project.timers)),
     ):
         # The firmware's own, where a source defines it; else this one.
@@ -86,6 +87,7 @@ def wires_c(project: Project) -> str:
     lines += [
         f"UART_HandleTypeDef *const wb_hal_uarts[WB_UARTS] = {{{uarts}}};",
         f"CAN_HandleTypeDef *const wb_hal_can = {f'&{project.can}' if project.can else 'NULL'};",
+        f"FDCAN_HandleTypeDef *const wb_hal_fdcan = {f'&{project.fdcan}' if project.fdcan else 'NULL'};",
         f"const uint32_t wb_hal_fifo = {project.can_fifo};",
         "const struct wb_hal_timer wb_hal_timers[] = {",
         *(f"    {{&{handle}, {period_ms}}}," for handle, period_ms in project.timers),
@@ -112,11 +114,16 @@ def _called(name: str) -> str:
 
 def _instance(handle: str) -> str:
     """huart3 is on USART3, as every generator of such code has it."""
-    found = re.fullmatch(r"h(uart|can|tim)(\d*)", handle)
+    found = re.fullmatch(r"h(uart|can|fdcan|tim)(\d*)", handle)
     if found is None:
         return ""
     kind, number = found.groups()
-    known = {"uart": "UART" if number in ("4", "5", "7", "8") else "USART", "can": "CAN", "tim": "TIM"}
+    known = {
+        "uart": "UART" if number in ("4", "5", "7", "8") else "USART",
+        "can": "CAN",
+        "fdcan": "FDCAN",
+        "tim": "TIM",
+    }
     return f" = {{.Instance = {known[kind]}{number}}}"
 
 

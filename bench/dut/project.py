@@ -18,7 +18,7 @@ every_ms = "control_step"      # as from an interrupt, each millisecond
 [wires]                        # the names of the firmware's HAL handles; without them: wheelbench_port.c
 rc = "huart1"
 slamware = "huart6"
-can = "hcan1"
+can = "hcan1"                  # or fdcan = "hfdcan1"
 can_fifo = 0                   # that its filters lead to
 
 [[timer]]                      # calls HAL_TIM_PeriodElapsedCallback
@@ -61,6 +61,7 @@ class Project:
     rc: str
     slamware: str
     can: str
+    fdcan: str
     can_fifo: int
     timers: tuple[tuple[str, int], ...]
     """(handle, period in ms)."""
@@ -96,6 +97,7 @@ def load_project(path: Path) -> Project:
         rc=_c_name(wires, "rc", ""),
         slamware=_c_name(wires, "slamware", ""),
         can=_c_name(wires, "can", ""),
+        fdcan=_c_name(wires, "fdcan", ""),
         can_fifo=wires.get("can_fifo", int, 0),
         timers=tuple(timers),
     )
@@ -105,6 +107,8 @@ def load_project(path: Path) -> Project:
         raise entry.fail("main", "a firmware begins at one place: give main, or setup and loop")
     if project.blocks_per_ms < LEAST_BLOCKS_PER_MS:
         raise data.fail("blocks_per_ms", f"expected {LEAST_BLOCKS_PER_MS} or more, got {project.blocks_per_ms}")
+    if project.can and project.fdcan:
+        raise wires.fail("fdcan", "the motors are on one bus: give can or fdcan")
     if project.can_fifo not in (0, 1):
         raise wires.fail("can_fifo", f"expected 0 or 1, got {project.can_fifo}")
     return project

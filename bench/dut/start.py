@@ -32,6 +32,7 @@ class Found:
     include: tuple[str, ...]
     uarts: tuple[str, ...]
     cans: tuple[str, ...]
+    fdcans: tuple[str, ...]
     timers: tuple[str, ...]
     style: str
     has_main: bool
@@ -78,10 +79,10 @@ def look(folder: Path) -> Found:
     code = [path for path in files if path.suffix in C_ENDINGS]
     kept = [path for path in code if not _NOT_THEIRS.fullmatch(path.name)]
     text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in kept)
-    uarts, cans, timers = (_names(text, kind) for kind in ("UART", "CAN", "TIM"))
+    uarts, cans, fdcans, timers = (_names(text, kind) for kind in ("UART", "CAN", "FDCAN", "TIM"))
     if re.search(r"FreeRTOS\.h|cmsis_os2?\.h", text):
         style = "rtos"
-    elif uarts or cans or "_hal.h" in text:
+    elif uarts or cans or fdcans or "_hal.h" in text:
         style = "interrupt"
     else:
         style = "superloop"
@@ -92,6 +93,7 @@ def look(folder: Path) -> Found:
         include=tuple(sorted(headers)),
         uarts=uarts,
         cans=cans,
+        fdcans=fdcans,
         timers=timers,
         style=style,
         has_main=bool(re.search(r"^\s*(int|void)\s+main\s*\(", text, re.MULTILINE)),
@@ -135,10 +137,11 @@ def project_toml(name: str, found: Found, style: str) -> str:
     else:
         lines += ['main = "main"']
     lines += ['# every_ms = "control_step"   # a function that a timer of yours calls each millisecond']
-    if style != "superloop" or found.uarts or found.cans:
+    if style != "superloop" or found.uarts or found.cans or found.fdcans:
         lines += ["", "[wires]                       # check: which handle is which line"]
         names = (*found.uarts, "", "")
-        for key, handle in (("rc", names[0]), ("slamware", names[1]), ("can", (*found.cans, "")[0])):
+        can = ("fdcan", found.fdcans[0]) if found.fdcans else ("can", (*found.cans, "")[0])
+        for key, handle in (("rc", names[0]), ("slamware", names[1]), can):
             lines += [f"{key} = {_text(handle)}" if handle else f'# {key} = "h..."']
     for timer in found.timers:
         lines += ["", "[[timer]]", f"handle = {_text(timer)}", "period_ms = 1                 # check"]

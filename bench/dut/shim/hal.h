@@ -12,6 +12,7 @@ struct wb_hal_timer {
 
 extern UART_HandleTypeDef *const wb_hal_uarts[WB_UARTS]; /* NULL: no handle has this wire */
 extern CAN_HandleTypeDef *const wb_hal_can;
+extern FDCAN_HandleTypeDef *const wb_hal_fdcan; /* one of the two, or neither */
 extern const uint32_t wb_hal_fifo; /* that the filters lead to */
 extern const struct wb_hal_timer wb_hal_timers[]; /* ends with NULL */
 

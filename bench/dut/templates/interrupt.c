@@ -11,6 +11,8 @@ __weak void MX_DMA_Init(void) {}
 __weak void MX_CAN_Init(void) {}
 __weak void MX_CAN1_Init(void) {}
 __weak void MX_CAN2_Init(void) {}
+__weak void MX_FDCAN1_Init(void) {}
+__weak void MX_FDCAN2_Init(void) {}
 __weak void MX_USART1_UART_Init(void) {}
 __weak void MX_USART2_UART_Init(void) {}
 __weak void MX_USART3_UART_Init(void) {}

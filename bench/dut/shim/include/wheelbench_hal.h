@@ -324,6 +324,70 @@ void HAL_CAN_IRQHandler(CAN_HandleTypeDef *can);
 void HAL_CAN_RxFifo0MsgPendingCallback(CAN_HandleTypeDef *can);
 void HAL_CAN_RxFifo1MsgPendingCallback(CAN_HandleTypeDef *can);
 
+/* --- FDCAN, for classic frames ------------------------------------------------------------------------------------ */
+
+typedef struct {
+    uint32_t number;
+} FDCAN_GlobalTypeDef;
+extern FDCAN_GlobalTypeDef wb_fdcan_instance[4];
+#define FDCAN1 (&wb_fdcan_instance[1])
+#define FDCAN2 (&wb_fdcan_instance[2])
+#define FDCAN3 (&wb_fdcan_instance[3])
+
+typedef struct {
+    uint32_t ClockDivider, FrameFormat, Mode;
+    FunctionalState AutoRetransmission, TransmitPause, ProtocolException;
+    uint32_t NominalPrescaler, NominalSyncJumpWidth, NominalTimeSeg1, NominalTimeSeg2, DataPrescaler, DataSyncJumpWidth,
+        DataTimeSeg1, DataTimeSeg2, MessageRAMOffset, StdFiltersNbr, ExtFiltersNbr, RxFifo0ElmtsNbr, RxFifo0ElmtSize,
+        RxFifo1ElmtsNbr, RxFifo1ElmtSize, RxBuffersNbr, RxBufferSize, TxEventsNbr, TxBuffersNbr, TxFifoQueueElmtsNbr,
+        TxFifoQueueMode, TxElmtSize;
+} FDCAN_InitTypeDef;
+typedef struct {
+    FDCAN_GlobalTypeDef *Instance;
+    FDCAN_InitTypeDef Init;
+    __IO uint32_t State, ErrorCode;
+    uint32_t wb_notifications;
+} FDCAN_HandleTypeDef;
+typedef struct {
+    uint32_t Identifier, IdType, TxFrameType, DataLength, ErrorStateIndicator, BitRateSwitch, FDFormat, TxEventFifoControl,
+        MessageMarker;
+} FDCAN_TxHeaderTypeDef;
+typedef struct {
+    uint32_t Identifier, IdType, RxFrameType, DataLength, ErrorStateIndicator, BitRateSwitch, FDFormat, RxTimestamp,
+        FilterIndex, IsFilterMatchingFrame;
+} FDCAN_RxHeaderTypeDef;
+typedef struct {
+    uint32_t IdType, FilterIndex, FilterType, FilterConfig, FilterID1, FilterID2, RxBufferIndex, IsCalibrationMsg;
+} FDCAN_FilterTypeDef;
+enum {
+    FDCAN_STANDARD_ID = 0, FDCAN_EXTENDED_ID = 0x40000000, FDCAN_DATA_FRAME = 0, FDCAN_REMOTE_FRAME = 0x20000000,
+    FDCAN_DLC_BYTES_0 = 0, FDCAN_DLC_BYTES_1, FDCAN_DLC_BYTES_2, FDCAN_DLC_BYTES_3, FDCAN_DLC_BYTES_4, FDCAN_DLC_BYTES_5,
+    FDCAN_DLC_BYTES_6, FDCAN_DLC_BYTES_7, FDCAN_DLC_BYTES_8, FDCAN_ESI_ACTIVE = 0, FDCAN_BRS_OFF = 0, FDCAN_CLASSIC_CAN = 0,
+    FDCAN_FD_CAN = 0x200000, FDCAN_NO_TX_EVENTS = 0, FDCAN_RX_FIFO0 = 0x40, FDCAN_RX_FIFO1 = 0x41,
+    FDCAN_IT_RX_FIFO0_NEW_MESSAGE = 1, FDCAN_IT_RX_FIFO1_NEW_MESSAGE = 0x10, FDCAN_IT_BUS_OFF = 0x80000,
+    FDCAN_FILTER_RANGE = 0, FDCAN_FILTER_DUAL = 1, FDCAN_FILTER_MASK = 2, FDCAN_FILTER_DISABLE = 0,
+    FDCAN_FILTER_TO_RXFIFO0 = 1, FDCAN_FILTER_TO_RXFIFO1 = 2, FDCAN_ACCEPT_IN_RX_FIFO0 = 0, FDCAN_ACCEPT_IN_RX_FIFO1 = 1,
+    FDCAN_REJECT = 2, FDCAN_FILTER_REMOTE = 0, FDCAN_REJECT_REMOTE = 1, FDCAN_FRAME_CLASSIC = 0, FDCAN_MODE_NORMAL = 0,
+    FDCAN_TX_FIFO_OPERATION = 0, FDCAN_TX_QUEUE_OPERATION = 0x1000000, FDCAN_CLOCK_DIV1 = 0, FDCAN_DATA_BYTES_8 = 4
+};
+HAL_StatusTypeDef HAL_FDCAN_Init(FDCAN_HandleTypeDef *can);
+HAL_StatusTypeDef HAL_FDCAN_ConfigFilter(FDCAN_HandleTypeDef *can, const FDCAN_FilterTypeDef *filter);
+HAL_StatusTypeDef HAL_FDCAN_ConfigGlobalFilter(
+    FDCAN_HandleTypeDef *can, uint32_t standard, uint32_t extended, uint32_t remote_standard, uint32_t remote_extended);
+HAL_StatusTypeDef HAL_FDCAN_Start(FDCAN_HandleTypeDef *can);
+HAL_StatusTypeDef HAL_FDCAN_Stop(FDCAN_HandleTypeDef *can);
+HAL_StatusTypeDef HAL_FDCAN_ActivateNotification(FDCAN_HandleTypeDef *can, uint32_t which, uint32_t buffers);
+HAL_StatusTypeDef HAL_FDCAN_AddMessageToTxFifoQ(
+    FDCAN_HandleTypeDef *can, const FDCAN_TxHeaderTypeDef *header, const uint8_t *data);
+HAL_StatusTypeDef HAL_FDCAN_GetRxMessage(
+    FDCAN_HandleTypeDef *can, uint32_t fifo, FDCAN_RxHeaderTypeDef *header, uint8_t *data);
+uint32_t HAL_FDCAN_GetTxFifoFreeLevel(const FDCAN_HandleTypeDef *can);
+uint32_t HAL_FDCAN_GetRxFifoFillLevel(const FDCAN_HandleTypeDef *can, uint32_t fifo);
+void HAL_FDCAN_IRQHandler(FDCAN_HandleTypeDef *can);
+/* The firmware's own: */
+void HAL_FDCAN_RxFifo0Callback(FDCAN_HandleTypeDef *can, uint32_t which);
+void HAL_FDCAN_RxFifo1Callback(FDCAN_HandleTypeDef *can, uint32_t which);
+
 /* --- timers ------------------------------------------------------------------------------------------------------- */
 
 typedef struct {
