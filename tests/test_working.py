@@ -11,7 +11,7 @@ from bench.__main__ import main
 from bench.check.compare import compare
 from bench.check.reading import Recording, as_outputs
 from bench.check.recording import RecordingError
-from bench.check.run import from_recording
+from bench.check.run import from_recording, from_scenario
 from bench.config import load_robot
 from bench.io.history import mark_of
 from bench.screen.dialog import Dialog, Item, fits
@@ -517,6 +517,62 @@ def test_a_golden_of_the_window_passes_at_once(tmp_path, settings, monkeypatch, 
         assert done.returncode == 1
     session.leave()
     assert f"test      pytest {test}" in session.working.told
+
+
+def test_a_golden_of_a_scenario_is_held_against_itself_alone(tmp_path, settings, monkeypatch):
+    """Its expectations are of the whole run, and may not be met by a part of it; its faults stay."""
+    monkeypatch.delenv("CI", raising=False)
+    path = tmp_path / "pushed.scenario.toml"
+    path.write_text(PUSHED)
+    stage = to_show(from_scenario(path), None, Granted())
+    session = Session(stage.link, job=stage.job, summary=stage.summary, settings=settings)
+    pass_ticks(session, 700)
+    session.key("p")
+    session.key("b")
+    settle(session)
+    golden = tmp_path / "goldens" / "m2006-001"
+    assert (golden / "faults.log").stat().st_size > 0
+    assert main(["replay", str(golden)]) == 0
+
+
+PUSHED = """
+schema = 1
+name = "pushed"
+seed = 7
+seconds = 2.0
+[[stick]]
+at_s = 0.1
+[[fault]]
+wire = "rc"
+kind = "corrupt"
+at_s = 0.2
+for_s = 0.2
+probability = 0.2
+[[fault]]
+wire = "feedback"
+kind = "corrupt"
+at_s = 0.3
+for_s = 0.3
+[[expect]]
+eventually = "speed_mps > 1.0"
+"""
+
+
+def test_a_run_whose_faults_wait_for_a_condition_goes_on_but_not_back(tmp_path, settings):
+    path = tmp_path / "waits.scenario.toml"
+    path.write_text(PUSHED.replace("at_s = 0.3", "when = \"link == 'live'\""))
+    stage = to_show(from_scenario(path), None, Granted())
+    session = Session(stage.link, job=stage.job, settings=settings)
+    pass_ticks(session, 700)
+    session.key("p")
+    for key in ("left", "g", "b", "r"):
+        session.key(key)
+        assert "waits for a condition" in said(session) or "cannot" in said(session) or "no longer" in said(session), (
+            key
+        )
+    session.key("p")
+    pass_ticks(session, 2000)
+    assert "ENDED" in words(session)
 
 
 def test_in_ci_no_golden_is_pinned(settings, monkeypatch):

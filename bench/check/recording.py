@@ -45,8 +45,20 @@ SCENARIO_TOML, FAULTS_LOG, ARENA_TOML = "scenario.toml", "faults.log", "arena.to
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
 FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG, ARENA_TOML)
 
-BY_HAND = 'schema = 1\nname = "by hand"\nabout = "faults that were injected by hand while the robot was driven"\n'
-"""Begins the scenario.toml of a recording whose run had no scenario file. How long it is, run.toml says."""
+BY_HAND = """schema = 1
+name = "by hand"
+about = "made by hand in the dashboard; held against itself and nothing else"
+seed = {seed}
+
+[checks]
+motion = "off"
+rest_current = "off"
+answers = "off"
+bus = "off"
+"""
+"""Begins the scenario.toml of a run that a person made with faults, or saved as a golden. How long it is says run.toml;
+what faults by hand do to the wires is no finding.
+"""
 
 # Formatting and writing this many ticks takes about 0.4 ms: less than the tick that a real port has to keep.
 BLOCK_TICKS = 100
@@ -144,15 +156,19 @@ class Recorder:
         if len(block) >= BLOCK_TICKS:
             self.flush()
 
+    def begin_by_hand(self, seed: int = 0) -> None:
+        """For a run that a person made: a scenario.toml of its own, once. Raises RecordingError."""
+        if SCENARIO_TOML not in self._files:
+            for name, content in ((FAULTS_LOG, ""), (SCENARIO_TOML, BY_HAND.format(seed=seed))):
+                self._open(name)
+                self._write(name, content.encode())
+
     def add_fault(self, text: str, seed: int = 0) -> None:
         """A fault that joined the run: its `[[fault]]` table for scenario.toml, so that the replay has it too.
 
         Raises RecordingError.
         """
-        if SCENARIO_TOML not in self._files:
-            for name, content in ((FAULTS_LOG, ""), (SCENARIO_TOML, BY_HAND + (f"seed = {seed}\n" if seed else ""))):
-                self._open(name)
-                self._write(name, content.encode())
+        self.begin_by_hand(seed)
         self._write(SCENARIO_TOML, f"\n{text}".encode())
 
     def witness(self, lines: Sequence[str]) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from bench.check.golden import pin
@@ -42,6 +41,7 @@ class GoldenTest:
 
     def __init__(self, folder: Path, job: Run, history: History, faults: Sequence[str], seed: int, ticks: int) -> None:
         robot = job.bench.robot.name
+        history.start()  # what cannot be run again is refused before anything is made
         make_directory(folder / GOLDENS)
         self.directory = next_directory(folder / GOLDENS, robot)
         self.told: list[str] = []
@@ -49,9 +49,7 @@ class GoldenTest:
         self._folder, self._ticks = folder, ticks
         self._about = f"{job.title}: {ticks / 1000:.3f} s"
         self._scratch = Path(tempfile.mkdtemp(prefix="wheelbench-"))
-        # Its name shall not say where it was made; and whether faults touch something is not its business.
-        job = replace(job, info=replace(job.info, scenario=None)) if faults else job
-        self._tape = Tape(job.recorder(self._scratch / "run"), history, faults, seed)
+        self._tape = Tape(job.recorder(self._scratch / "run"), history, faults, seed, by_hand=True)
         self._tape.stop(ticks)
 
     def work(self, link: InlineLink, ticks: int) -> str:

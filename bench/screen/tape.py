@@ -25,11 +25,17 @@ class Tape:
     """One recording of a run: a link's taker. `failure` is what ended it, if that was not a person.
 
     `history` is given where the run has begun before: its ticks are run again first. `faults` are the `[[fault]]`
-    tables that it had until now, with the seed of their chances.
+    tables that it had until now, with the seed of their chances. `by_hand`: its replay judges nothing but whether it
+    repeats.
     """
 
     def __init__(
-        self, recorder: Recorder, history: History | None = None, faults: Sequence[str] = (), seed: int = 0
+        self,
+        recorder: Recorder,
+        history: History | None = None,
+        faults: Sequence[str] = (),
+        seed: int = 0,
+        by_hand: bool = False,
     ) -> None:
         self.failure: RecordingError | None = None
         self.ended = False
@@ -39,6 +45,8 @@ class Tape:
         self._seed = seed
         self._until: int | None = None
         self._told: list[str] = []
+        if by_hand:
+            self._try(lambda: recorder.begin_by_hand(seed))
         for text in faults:
             self.add_fault(text)
 

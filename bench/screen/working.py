@@ -206,11 +206,10 @@ class Working:
             link.join(CoreJoins())
         link.take_touches()
         self._faults = [(tick, text) for tick, text in self._faults if tick < link.now_tick]
-        job = session.job
-        if job is not None:
-            info = replace(job.info, scenario=None)
-            job = replace(job, info=info, source=None, judge=None, injector=None, scenario=None)
-        session.restage(Stage(link, job, keyboard) if job is not None else None, keyboard)
+        if session.job is not None:
+            session.restage(Stage(link, _by_hand(session.job), keyboard), keyboard)
+        else:
+            session.restage(None, keyboard)
         said = self._record() if recorded else ""
         armed = "armed, as it was: Space disarms" if link.latest().armed else "disarmed"
         return f"forked at {link.now_tick / 1000:.3f} s, sticks at rest, {armed}; P goes on" + (
@@ -220,11 +219,9 @@ class Working:
     def _take_the_sticks(self) -> Keyboard:
         """A replay becomes a drive: a keyboard, and a core in the place of the recorded one's bytes."""
         session = self._session
-        job = session.job
-        if job is not None and job.scenario is not None:
-            tables = tomllib.loads(job.scenario.decode())
-            self._seed = int(tables.get("seed", 0))
-            self._faults = [(-1, table_text(table)) for table in tables.get("fault", ())]
+        if session.job is not None:
+            texts, self._seed = _faults_of(session.job)
+            self._faults = [(-1, text) for text in texts]
         return Keyboard(session.link.bench.robot.rc)
 
     # --- recordings ----------------------------------------------------------------------------------------------
@@ -364,8 +361,9 @@ class Working:
         try:
             # Up to here, whatever is driven while it is written.
             history = link.history.branch(link.now_tick)
-            faults = [text for tick, text in self._faults if tick < link.now_tick]
-            self._golden = GoldenTest(self.folder, job, history, faults, self._seed, link.now_tick)
+            texts, seed = _faults_of(job) if job.scenario is not None else ([], self._seed)
+            faults = texts + [text for tick, text in self._faults if tick < link.now_tick]
+            self._golden = GoldenTest(self.folder, _by_hand(job), history, faults, seed, link.now_tick)
         except (LostInstant, RecordingError, OSError) as error:
             return f"no golden: {error}"
         return f"saving {self._golden.directory} ..."
@@ -400,3 +398,15 @@ class Working:
         said = settings.save()
         if said:
             self.told.append(said)
+
+
+def _by_hand(job: Run) -> Run:
+    """The same run as one that a person goes on with: its scenario has no say in it any more."""
+    info = replace(job.info, scenario=None)
+    return replace(job, info=info, source=None, judge=None, injector=None, checks=None, scenario=None)
+
+
+def _faults_of(job: Run) -> tuple[list[str], int]:
+    """The `[[fault]]` tables of a run's scenario, and the seed of their chances."""
+    tables = tomllib.loads(job.scenario.decode()) if job.scenario is not None else {}
+    return [table_text(table) for table in tables.get("fault", ())], int(tables.get("seed", 0))
