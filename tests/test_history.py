@@ -58,16 +58,16 @@ def driven(keys, arena=FIELD, robot=M2006, ticks_each=250, faults=()):
 
 
 HELD = st.lists(
-    st.sampled_from(["w", "s", "a", "d", "q", "wd", "sa", "wq", "de", "c", "f", "t", ""]), min_size=6, max_size=9
+    st.sampled_from(["w", "s", "a", "d", "q", "wd", "sa", "wq", "de", "c", "f", "t", ""]), min_size=5, max_size=7
 )
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(keys=HELD, arena=st.sampled_from([FIELD, BOX, DISCS]), data=st.data())
 def test_every_instant_is_shown_as_it_was(keys, arena, data):
     link, _, outs, marks = driven(keys, arena)
     newest = link.mark()
-    for _ in range(4):
+    for _ in range(3):
         tick = data.draw(st.sampled_from(sorted(marks)))
         link.see(tick)
         assert link.now_tick == tick
@@ -95,9 +95,9 @@ FAULTS = [
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_faults_are_part_of_what_was(fault):
-    link, _, outs, marks = driven(["w", "wd", "q", "w", "wd", "s"], faults={1: fault})
+    link, _, outs, marks = driven(["w", "wd", "q"], faults={1: fault}, ticks_each=300)
     assert link.take_touches(), "the fault has done something"
-    for tick in (1200, 500, 800):
+    for tick in (850, 600):
         link.see(tick)
         assert mark_of(link.bench) == marks[tick]
     subject = link.history.at(0, len(outs), link.mark())
@@ -145,8 +145,8 @@ def test_looking_back_changes_nothing_of_the_run():
 @pytest.mark.parametrize("arena", [FIELD, BOX], ids=["field", "box"])
 def test_a_fork_is_the_run_that_would_have_been(arena):
     """Driven on from an instant, the bench does what a run with the same inputs does from its start."""
-    link, _, outs, marks = driven(["w", "wd", "q", "s", "a"], arena)
-    at = sorted(marks)[11]
+    link, _, outs, marks = driven(["w", "wd", "q", "s"], arena)
+    at = sorted(marks)[9]
     link.see(at)
     hands = Keyboard(M2006.rc)
     hands.sticks.power_percent = 70
