@@ -125,7 +125,10 @@ class Counts:
             # All in calls of C: a quarter of the cost of saying it with operators.
             readings = unpack(b"".join(datas[start::step]))
             before = (readings[0] if last is None else last, *readings)
-            steps = list(map(_STEPS.__getitem__, map(sub, readings, before)))
+            try:
+                steps = list(map(_STEPS.__getitem__, map(sub, readings, before)))
+            except IndexError:  # an angle of more than a turn: nonsense, but it was on the wire
+                steps = list(map(_step, before, readings))
             longest = max(longest, max(steps), -min(steps))
             self._sums.append(list(accumulate(steps, initial=total))[1:])
             self._readings.append(readings)
