@@ -23,6 +23,8 @@ Sample: TypeAlias = Mapping[str, Any]
 """One tick: signal -> number or text; a signal that has no value yet is None or missing."""
 _Value: TypeAlias = Callable[[Sample], Any]
 
+TEXTS = ("link", "driver")
+"""Signals that are no numbers."""
 MOST_CHARACTERS = 1000
 _LEAST = 5e-324
 """How far a strict comparison of equals is from holding: the smallest number there is, so that the sign is right."""
@@ -134,6 +136,12 @@ class _Reader:
             return _member(left, [self.value(entry) for entry in other.elts], kind is ast.In)
         if kind not in _OPPOSITE:
             raise self._refuse(one, "expected <, <=, >, >=, == or !=")
+        for side, facing in ((one, other), (other, one)):
+            if isinstance(side, ast.Constant) and isinstance(side.value, str):
+                if kind not in (ast.Eq, ast.NotEq):
+                    raise self._refuse(side, "a text is compared with ==, != or in")
+                if not isinstance(facing, ast.Name) or facing.id not in TEXTS:
+                    raise self._refuse(facing, f"only {' and '.join(TEXTS)} are texts, so nothing else equals one")
         return _compared(kind, left, self.value(other))
 
     def _refuse(self, node: ast.expr, what: str) -> ValueError:

@@ -35,6 +35,7 @@ from bench.check.lines import (
     slamware_lines,
 )
 from bench.config.emit import toml_text
+from bench.config.table import read_file
 from bench.errors import BenchError, SurroundingsError
 from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
 
@@ -258,7 +259,7 @@ def toml_lines(values: dict[str, str | int | None]) -> str:
 def read_bytes(path: Path) -> bytes:
     """The file's content. Raises RecordingError where it cannot be read."""
     try:
-        return path.read_bytes()
+        return read_file(path)
     except OSError as error:
         raise _cannot(path, "read", error) from None
 

@@ -83,6 +83,8 @@ def run(args: argparse.Namespace) -> int:
     golden = args.golden or (job.source.directory if job.source else None)
     if golden is not None:
         Recording.open(golden)  # refuse a wrong directory before the run, not after it
+        if args.record is not None and args.record.resolve() == golden.resolve():
+            raise UsageError(f"--record {args.record}: is what the run is held against; record in another directory")
     comparison: Told | None = None
     with tempfile.TemporaryDirectory(prefix="wheelbench-") as scratch:
         directory = args.record or (Path(scratch) / "run" if golden else None)

@@ -53,6 +53,8 @@ def _key(key: object, where: str) -> str:
 
 def _value(value: object, address: str) -> str:
     if isinstance(value, str | PurePath):
+        if not str(value).isprintable() and any("\ud800" <= letter <= "\udfff" for letter in str(value)):
+            raise UsageError(f"{address}: half a character of UTF-16 cannot stand in a file: {value!r}")
         return toml_string(str(value))
     if isinstance(value, bool):
         return "true" if value else "false"

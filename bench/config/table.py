@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import errno
 import math
+import stat
 import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
@@ -20,16 +22,26 @@ class ConfigError(UsageError):
     """A robot, profile or scenario file that cannot be right. The text is one sentence for the user."""
 
 
+def read_file(path: Path) -> bytes:
+    """The file's bytes. Raises OSError; of a device too, which may never end."""
+    mode = path.stat().st_mode
+    if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):
+        raise OSError(errno.EINVAL, "it is a device and no file")
+    return path.read_bytes()
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """The file's tables. Raises ConfigError where it cannot be read or is not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(read_file(path).decode("utf-8-sig"))  # some editors begin a file with a mark of order
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: is not a text file; a TOML file is expected") from None
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from None
+    except RecursionError:
+        raise ConfigError(f"{path}: is not valid TOML: brackets within brackets without end") from None
 
 
 def nearest(word: str, choices: list[str]) -> str:

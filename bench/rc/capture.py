@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from bench import rc_decode
+from bench.config.table import read_file
 from bench.errors import UsageError
 from bench.messages import TICK_US, RcFrame
 
@@ -88,7 +89,7 @@ def by_tick(capture: Capture, protocol: str, period_ms: int | None = None) -> di
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_file(path)
     except FileNotFoundError:
         raise UsageError(f"{path}: no such file; a capture is a file of raw bytes, such as NAME.bin") from None
     except OSError as error:
