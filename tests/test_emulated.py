@@ -208,6 +208,17 @@ def test_a_device_that_goes_and_comes(tmp_path):
     far.close()
 
 
+def test_a_driver_that_keeps_other_settings_is_refused(monkeypatch):
+    """A pty drops the parity bit and says nothing, and then refuses it: as some USB adapters do."""
+    port = open_serial("far", "pty:")
+    monkeypatch.setattr(os.path, "realpath", lambda path: path.replace("/dev/pts/", "/dev/ttyUSB"))
+    with pytest.raises(SurroundingsError, match="was set to 100000 8E2, but the driver made it 100000 8N2"):
+        open_serial("--rc", f"serial:{port.where}?baud=100000&format=8E2")
+    with pytest.raises(SurroundingsError, match="refuses 100000 8E2; try another"):
+        open_serial("--rc", f"serial:{port.where}?baud=100000&format=8E2")
+    port.close()
+
+
 def test_a_listener_takes_one_after_the_other():
     with socket.create_server(("127.0.0.1", 0)) as free:
         number = free.getsockname()[1]

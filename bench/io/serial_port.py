@@ -18,6 +18,7 @@ import os
 import select
 import socket
 import sys
+import termios
 import tty
 from contextlib import suppress
 from typing import Any, Protocol
@@ -33,6 +34,8 @@ FLOOD_BYTES, FLOOD_READS = 2048, 10
 RETRY_NS = 500_000_000
 EIGHT_N_ONE = Settings(115_200)
 CONNECT_S = 2.0
+_TROUBLE = (OSError, ValueError, termios.error)
+"""What opening may raise; pyserial hands on the last one as it is."""
 _TCGETS2 = 0x802C542A
 _PARENB, _CSTOPB = 0o400, 0o100
 
@@ -140,7 +143,7 @@ class _Line:
         self._retry_ns = now_ns() + RETRY_NS
         try:
             self._open()
-        except (OSError, ValueError) as error:
+        except _TROUBLE as error:
             self.lost = _why(error)
             return False
         self.lost = ""
@@ -190,7 +193,10 @@ class DevicePort(_Line):
         self._serial: Any = None
         try:
             self._open()
-        except (OSError, ValueError) as error:
+        except _TROUBLE as error:
+            if isinstance(error, termios.error):
+                wanted = settings._replace(inverted=False)
+                raise SurroundingsError(f"{name}: {path} refuses {wanted}; try another ?baud= or &format=") from None
             raise SurroundingsError(f"{name}: {_device_trouble(path, error)}") from None
 
     def _open(self) -> None:
@@ -452,6 +458,8 @@ class PacedWriter:
 
 
 def _why(error: Exception) -> str:
+    if isinstance(error, termios.error) and len(error.args) == 2:
+        return str(error.args[1])
     return getattr(error, "strerror", None) or str(error) or type(error).__name__
 
 
