@@ -72,7 +72,8 @@ def run_on_ports(args: argparse.Namespace, job: Run) -> int:
         late = link.lateness
         print(
             f"late      p50 {late['p50_us']:.0f}, p99 {late['p99_us']:.0f}, p99.9 {late['p999_us']:.0f},"
-            f" at most {late['max_us']:.0f} us; {late['over_1_ms_percent']:.3f} % of the ticks over 1 ms; {link.scheduling}"
+            f" at most {late['max_us']:.0f} us; {late['over_1_ms_percent']:.3f} % of the ticks over 1 ms;"
+            f" {link.scheduling}"
         )
         if args.record:
             print(f"recorded  {args.record}")
