@@ -121,7 +121,7 @@ class _Child:
         self._result = Path(self._folder.name) / "facts.json"
         what = [kind, view.page, str(view.columns), str(view.rows), str(frames), str(self._result)]
         command = [sys.executable, str(_CHILD), *what, str(time.monotonic())]
-        self._app = InTerminal(command, view.columns, view.rows)
+        self._app = InTerminal(command, view.columns, view.rows, self._folder.name)
 
     def facts(self) -> Sample:
         """What it measured, at its end."""

@@ -26,16 +26,15 @@ FRAME_TICKS = 1000 // FRAMES_PER_S
 TABLES = ("wheels", "wires", "wiretable")
 
 
-def first_frame_of(app: Any, result: Path, spawned_s: float) -> None:
-    """Run an app until its first frame has been painted; write how long that took since the process was started."""
+def tell_first_frame(app: Any, result: Path, spawned_s: float) -> None:
+    """Have apps of this class write, after their first frame, how long it took since the process began; and end."""
 
-    def painted() -> None:
+    def painted(one: Any) -> None:
         facts = {"wall_s": time.monotonic() - spawned_s, "cpu_s": time.process_time()}
         result.write_text(json.dumps(facts))
-        app.exit()
+        one.exit()
 
-    type(app).on_ready = lambda self: self.call_after_refresh(painted)
-    app.run(mouse=False)
+    app.on_ready = lambda one: one.call_after_refresh(painted, one)
 
 
 def session_driven_about(page: str) -> Any:
@@ -189,17 +188,13 @@ def main() -> None:
         class Empty(App[None]):
             """Nothing."""
 
-        first_frame_of(Empty(), Path(result), float(spawned_s))
+        tell_first_frame(Empty, Path(result), float(spawned_s))
+        Empty().run(mouse=False)
     elif kind == "first":
-        import bench.tui
-
-        def opened(session: Any) -> int:
-            first_frame_of(bench.tui.Dashboard(session), Path(result), float(spawned_s))
-            return 0
-
-        bench.tui._open = opened
         from bench.__main__ import main as wheelbench
+        from bench.tui import Dashboard
 
+        tell_first_frame(Dashboard, Path(result), float(spawned_s))
         wheelbench(["drive"])
     elif kind == "ours":
         ours(page, int(frames), Path(result))

@@ -13,13 +13,17 @@ from collections.abc import Sequence
 
 
 class InTerminal:
-    """A running program. `wait` for its end."""
+    """A running program, with settings of its own in `config_home`. `wait` for its end."""
 
-    def __init__(self, command: Sequence[str], columns: int, rows: int) -> None:
+    def __init__(self, command: Sequence[str], columns: int, rows: int, config_home: str) -> None:
         self._ours, theirs = pty.openpty()
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
         kept = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES", "NO_COLOR")}
-        environment = kept | {"TERM": "xterm-256color", "COLORTERM": "truecolor"}
+        environment = kept | {
+            "TERM": "xterm-256color",
+            "COLORTERM": "truecolor",
+            "XDG_CONFIG_HOME": config_home,
+        }
         self._process = subprocess.Popen(
             command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment, start_new_session=True
         )
