@@ -229,7 +229,10 @@ class DevicePort(_Line):
         if not sys.platform.startswith("linux"):
             return
         got = array.array("I", [0] * 11)
-        fcntl.ioctl(fd, _TCGETS2, got)
+        try:
+            fcntl.ioctl(fd, _TCGETS2, got)
+        except OSError:  # another architecture has another number for it
+            return
         flags, baud, wanted = got[2], got[10], self._settings
         kept = Settings(baud, bool(flags & _PARENB), 2 if flags & _CSTOPB else 1)
         if abs(baud - wanted.baud) * 50 > wanted.baud or kept[1:3] != wanted[1:3]:
