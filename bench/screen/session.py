@@ -209,6 +209,7 @@ class Session:
         self._result = ()
         self._recording = ""
         self._lamp = self._summary = None
+        self.unmet = False
         if stage is None:
             return
         if stage.link is not self.link:
