@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from bench.cli.choices import add_controller
 
 if TYPE_CHECKING:
+    from bench.check.crowd import Tell
     from bench.check.failsafe import Cell, Loss
     from bench.config import Robot
 
@@ -83,21 +84,21 @@ def _robot(args: argparse.Namespace) -> Robot:
 
 
 def _rows(robot: Robot, numbers: Sequence[int], args: argparse.Namespace) -> Iterator[list[Cell]]:
-    """Row by row in order, several at a time. The processes start afresh: a fork of a busy program is a risk. To show
-    a traceback, all of it happens here, and ends with the first error.
+    """Row by row in order, several at a time. To show a traceback, all of it happens here, and ends with the first
+    error.
     """
-    import multiprocessing
     from functools import partial
 
-    from bench.check.failsafe import run_row
+    from bench.check.crowd import each
 
     jobs = 1 if args.traceback else args.jobs
-    row = partial(run_row, robot, controller=args.controller, raises=args.traceback)
-    if jobs == 1 or len(numbers) == 1:
-        yield from map(row, numbers)
-        return
-    with multiprocessing.get_context("spawn").Pool(min(jobs, len(numbers))) as pool:
-        yield from pool.imap(row, numbers)
+    return each(partial(_row, robot, args.controller, args.traceback), numbers, jobs)
+
+
+def _row(robot: Robot, controller: str | None, raises: bool, number: int, _tell: Tell) -> list[Cell]:
+    from bench.check.failsafe import run_row
+
+    return run_row(robot, number, controller=controller, raises=raises)
 
 
 def _who(controller: str | None) -> str:
