@@ -10,7 +10,8 @@
 `loop` ticks the two, 1 ms at a time; `motors` picks `m2006` or `dm3519`. `messages` and `config` lie under all of
 them; `tui` and `__main__` are the doors. Around the picture: `rc/` (a file per protocol), `slamware/` (framing,
 payloads, both sides), `canbus/` (message tables, DBC, bus budget), `io/` (clock, ports, wires), `check/` (recordings,
-comparison, scenarios), `screen/` (what the dashboard shows), `cli/` (a file per verb), `robots/`, `profiles/` (data).
+comparison, scenarios), `dut/` (a team's own C in a process of its own), `screen/` (what the dashboard shows), `cli/` (a
+file per verb), `robots/`, `profiles/` (data).
 
 Start with `loop.py`, then `messages.py`. docs/architecture.md has the reasons.
 """
