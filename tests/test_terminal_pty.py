@@ -100,6 +100,15 @@ def test_key_releases_where_the_terminal_tells_them_and_what_becomes_of_a_held_k
         terminal.type(W_UP)
         terminal.serve(0.2)
 
+    terminal.type(b"\x1b[109u")  # m
+    terminal.wait_for("forward, left")
+    for _ in range(3):  # on the upper end of the pad, and held still
+        terminal.type(b"\x1b[<0;17;16M")
+        terminal.serve(0.5)
+        terminal.type(b"\x1b[<0;17;16m")
+        terminal.serve(0.2)
+    terminal.type(b"\x1b[109u")
+
     terminal.type(W)
     terminal.serve(0.1)
     terminal.type(b"\x1b[122;5u")  # ctrl+z
@@ -128,8 +137,9 @@ def test_key_releases_where_the_terminal_tells_them_and_what_becomes_of_a_held_k
     assert terminal.flags == [0], "the keyboard is as it was"
 
     pushed = [end - start for start, end in spans(tmp_path / "run")]
-    assert max(pushed) > 250, "longer than any lease, and no repeat was sent"
-    assert max(pushed[3:]) < 600, "suspended, stopped, stalled: it ends"
+    assert max(pushed[:3]) > 250, "longer than any lease, and no repeat was sent"
+    assert max(pushed[3:6]) > 250, "the mouse: no movement was sent"
+    assert max(pushed[6:]) < 600, "suspended, stopped, stalled: it ends"
     assert stopped(tmp_path / "run")
 
 

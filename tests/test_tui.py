@@ -379,3 +379,20 @@ def test_a_robot_without_rc_can_be_watched():
     assert "the core drives" in words(session)
     session.leave()
     assert session.failure is None
+
+
+@pytest.mark.parametrize("keys", ["", "?", "2", "3", "4", "2/20", "3v", "3n", ":", ":go", "x", "o", "m", "p", "p,"])
+def test_space_stops_the_robot_whatever_is_open_and_enter_is_there_to_arm(keys):
+    session = armed()
+    pass_ticks(session, 600)
+    for key in keys:
+        session.key(key)
+        pass_ticks(session, 20)
+    assert session.link.bench.base.drive.armed
+    assert " SPACE STOP " in words(session)
+    assert " ENTER " in words(session)
+    session.key("space")
+    if session.link.paused:
+        session.link.pause(False)
+    pass_ticks(session, 75)
+    assert not session.link.latest().armed
