@@ -173,4 +173,4 @@ def _processor_time(pid: int) -> tuple[bool, float]:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
     except OSError:
         return True, 0.0
-    return fields[0] in "SDTt", (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return fields[0] in "STt", (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
