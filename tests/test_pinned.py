@@ -39,7 +39,7 @@ def test_the_flag_pins_and_says_what_changes(tmp_path, capsys):
     assert capsys.readouterr().out == f"pinned for the first time\npinned: {golden}\n"
     changed = run_in(tmp_path / "b", 0.5)
     assert main(["check", changed, golden]) == 1
-    capsys.readouterr()
+    assert "checks    not judged: " in capsys.readouterr().out, "its robot file is no robot's"
     assert main(["check", changed, golden, "--update-pinned"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("differs: speed in the feedback of ESC 2 is scaled by 0.5 from 0.060 s on")
