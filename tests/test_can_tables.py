@@ -159,6 +159,14 @@ def test_a_clear_frame_names_one_esc_in_either_length(variant, number):
     assert dm3519.cleared_esc(*dm3519.clear_error(number, variant)) == number
 
 
+@pytest.mark.parametrize("variant", ["long", "short"])
+def test_a_clear_frame_of_the_other_length_is_decoded_and_never_sent(variant):
+    family = dm3519.family(clear_error=variant)
+    assert family.describe(0x7FF, bytes.fromhex("0300553C00000000"))["id_low"] == 3
+    assert family.describe(0x7FF, bytes.fromhex("3000553C"))["id_x16"] == 48
+    assert [message.length for message in family.messages if message.can_id == 0x7FF] == [8 if variant == "long" else 4]
+
+
 @pytest.mark.parametrize(
     "frame",
     [
