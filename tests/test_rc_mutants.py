@@ -6,7 +6,7 @@ import pytest
 import streams
 
 from bench import rc_decode
-from bench.messages import RcFrame, RcNoise, RcOther
+from bench.messages import RcFrame, RcLinkStatistics, RcNoise, RcOther
 from bench.rc import crsf, ibus, sbus
 
 
@@ -174,6 +174,12 @@ def test_a_crsf_frame_of_any_type_that_swallowed_the_beginning_of_channels_is_re
     damaged = crsf_frame_that_swallows(b"\xc8\x0c\x14", 14, following[:count])
     expected = [RcNoise(0, 14 - count, "cut"), RcFrame(14 - count, 26, (992,) * 16)]
     streams.check_stream(lambda: rc_decode.decoder("crsf"), damaged + following, expected)
+
+
+def test_crsf_channels_right_behind_another_frame_leave_it_alone():
+    data = crsf.encode_link_statistics(99, -60, 10) + crsf.encode((992,) * 16)
+    expected = [RcLinkStatistics(0, 14, 99, -60, 10), RcFrame(14, 26, (992,) * 16)]
+    streams.check_stream(lambda: rc_decode.decoder("crsf"), data, expected)
 
 
 def test_a_crsf_frame_that_swallowed_another_than_channels_stands():
