@@ -316,6 +316,8 @@ class ProcessLink:
                 data = self._socket.recv(MOST_BYTES, socket.MSG_DONTWAIT)
             except BlockingIOError:
                 return
+            except ConnectionResetError:
+                continue  # it left before it read all of ours; what it had said is still there
             except OSError:
                 data = b""
             if not data:
@@ -512,6 +514,8 @@ class _Live:
                 data = self._socket.recv(MOST_BYTES, socket.MSG_DONTWAIT)
             except BlockingIOError:
                 return
+            except ConnectionResetError:
+                continue  # it left before it read all of ours; what it had said is still there
             except OSError:
                 data = b""
             if not data:  # the parent is gone
