@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _terminal() -> list[Finding]:
     import os
-    import shutil
+    import sys
 
     from bench.cli.terminal import has_terminal
     from bench.io.surroundings import BAD, LACKING, OK, Finding
@@ -65,7 +65,7 @@ def _terminal() -> list[Finding]:
     if not has_terminal():
         text = "none on stdin, stdout and stderr: no dashboard; replay, check and doctor work"
         return [Finding("terminal", LACKING, text, "run this in a terminal")]
-    size = shutil.get_terminal_size()
+    size = os.get_terminal_size(sys.stdout.fileno())  # not what COLUMNS and LINES once were
     fits = size.columns >= 80 and size.lines >= 24
     true_colour = os.environ.get("COLORTERM", "") in ("truecolor", "24bit")
     text = f"{os.environ.get('TERM', 'unknown')}, {size.columns}x{size.lines}"
