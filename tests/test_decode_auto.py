@@ -4,7 +4,6 @@ import json
 import os
 import threading
 from collections import Counter
-from pathlib import Path
 
 import pytest
 from streams import KNOWN_RC
