@@ -138,7 +138,7 @@ class Session:
 
     def too_late(self, age_ms: int) -> None:
         """A key that moves something has come, but it may have been pressed so long ago."""
-        self.say(f"not heard: the connection is {age_ms} ms late")
+        self.say(f"not heard: {age_ms} ms late")
 
     def alive(self) -> None:
         """The terminal has proved that it is there, and that whoever holds a key still holds it."""
