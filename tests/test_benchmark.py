@@ -3,6 +3,8 @@
 import random
 import re
 import sys
+import time
+import timeit
 from pathlib import Path
 
 import can
@@ -20,19 +22,23 @@ import benchmark
 import compare_logs
 import peers
 import simulators
-from benchmarks import dashboard
+from benchmarks import command_line, dashboard, empty_call, robots, throwaway
+from benchmarks.table import Row, table
 from reference_loop import LibraryLoop
 
 SHARE = 0.002
 
 
 def demo_factors(*values):
-    return dict(zip(("m2006 CPU", "m2006 wall", "dm3519 CPU", "dm3519 wall"), values, strict=True))
+    calls = {f"{what} call_ns": 120.0 for what in ("m2006", "dm3519", "libraries")}
+    return calls | dict(
+        zip(("m2006 CPU", "m2006 wall", "dm3519 CPU", "dm3519 wall", "libraries CPU"), (*values, 2.0), strict=True)
+    )
 
 
 def lockstep(link, factor, reset):
     styles = ("superloop", "interrupts", "rtos", "(our own base)")
-    runs = [f"{style} {clock}" for style in styles for clock in ("CPU", "wall")]
+    runs = [f"{style} {clock}" for style in styles for clock in ("CPU", "wall", "call_ns")]
     return {"link": link, **dict.fromkeys(runs, factor), "reset": reset}
 
 
@@ -81,19 +87,19 @@ def test_every_piece_measures_and_reports(name):
     assert all(value >= 0.0 for value in samples[0].values())
     rows = piece.report(samples)
     assert rows
-    text = benchmark.table(rows)
+    text = table(rows)
     assert all(row.figure in text and row.value in text for row in rows)
 
 
 def test_the_command_line_loads_nothing_heavy():
-    assert benchmark.heavy_imports() == []
+    assert command_line.heavy_imports() == []
 
 
 @pytest.mark.parametrize(
     ("name", "sample", "verdicts"),
     [
-        ("demo", demo_factors(30.0, 29.99, 22.0, 21.99), ["ok", "MISSED", "ok", "MISSED"]),
-        ("demo", demo_factors(29.0, 31.0, 21.0, 23.0), ["MISSED", "ok", "MISSED", "ok"]),
+        ("demo", demo_factors(30.0, 29.99, 22.0, 21.99), ["ok", "MISSED", "ok", "MISSED", "", "", ""]),
+        ("demo", demo_factors(29.0, 31.0, 21.0, 23.0), ["MISSED", "ok", "MISSED", "ok", "", "", ""]),
         ("reference", {"bench": 1.0, "libraries": 4.0}, ["ok", ""]),
         ("reference", {"bench": 1.0, "libraries": 3.9}, ["MISSED", ""]),
         ("lockstep", lockstep(0.4, 15.0, 5.0), [*["ok"] * 7, "", "", "ok"]),
@@ -129,10 +135,10 @@ def test_the_fastest_package_is_beaten_by_the_slower_of_our_two(rival_us, value,
 def test_packages_that_cannot_be_installed_are_a_line_and_no_failure(monkeypatch, capsys):
     without_pip = peers.environment
     monkeypatch.setattr(peers, "environment", lambda folder, packages: without_pip(folder, packages, False))
-    benchmark._environment.cache_clear()
+    throwaway.environment.cache_clear()
     assert benchmark.main(["--rounds", "2", "--only", "peers"]) == 0
-    benchmark._environment(peers.PACKAGES)[0].cleanup()
-    benchmark._environment.cache_clear()
+    throwaway.environment(peers.PACKAGES)[0].cleanup()
+    throwaway.environment.cache_clear()
     out, err = capsys.readouterr()
     assert "skipped: they cannot be installed here" in out
     assert err.count("the peers cannot be installed here: rfrx") == 1, "tried once, not in every round"
@@ -153,12 +159,48 @@ def test_a_figure_is_the_median_of_the_rounds():
 @pytest.mark.parametrize(("heavy", "status", "word"), [(0.0, 0, "ok"), (1.0, 1, "MISSED")])
 def test_a_missed_bar_is_an_exit_status(monkeypatch, capsys, heavy, status, word):
     sample = {"bare": 1.0, "help": 1.0, "heavy": heavy}
-    piece = benchmark.PIECES["help"]._replace(measure=lambda _order, _share: sample)
-    monkeypatch.setitem(benchmark.PIECES, "help", piece)
+    monkeypatch.setattr(command_line, "measure", lambda _order, _share: sample)
     assert benchmark.main(["--rounds", "2", "--only", "help"]) == status
     out = capsys.readouterr().out
     assert re.search(rf"imports .* none +{word}$", out, re.MULTILINE)
     assert "load average" in out
+    assert re.search(r"an empty Python call \d+ ns", out)
+
+
+def test_an_absolute_number_is_also_told_for_the_reference_machine():
+    """Five times slower calls: 1/5 of the speed. Each round by its own call: the median of the ratios."""
+    assert empty_call.told_for_reference([10.0, 5.0, 1.0], [120.0, 240.0, 600.0]) == ("50.0", "25.0")
+    assert empty_call.told_for_reference([0.2], [96.0], "{:.1%}", is_cost=True) == ("5.0%", "10.0%")
+
+
+def test_what_is_calculated_is_not_called_measured():
+    demo = benchmark.PIECES["demo"].report([demo_factors(10.0, 8.0, 6.0, 4.0)])
+    head, first, *others = table(demo).splitlines()
+    assert re.split("  +", head) == ["figure", "measured", "if a call took 24 ns", "if a call took 48 ns", "bar"]
+    assert re.split("  +", first)[1:] == ["10.0", "50.0", "25.0", "at least 30", "MISSED"]
+    assert "calculated, not measured" in " ".join(others)
+    assert [row.value for row in demo[4:]] == ["2.0", "5.0", "3.0"], "the libraries, and both robots by them"
+    for name, sample in (("lockstep", lockstep(0.4, 15.0, 5.0)), ("dashboard", dashboard_samples()[0])):
+        told = [row.told_for_reference for row in benchmark.PIECES[name].report([sample]) if row.told_for_reference[0]]
+        assert len(told) == {"lockstep": 8, "dashboard": len(dashboard.VIEWS)}[name]
+    assert told[0] == ("2.0%", "4.0%")
+    assert "if a call" not in table([Row("a ratio", "2.0")])
+
+
+def test_an_empty_call_takes_as_long_as_timeit_says():
+    """A busy machine may move one of them by some times, a wrong unit or count by thousands."""
+    timed_s, call_ns = empty_call.beside(
+        lambda: timeit.timeit("f()", "def f(): pass", timer=time.thread_time, number=100_000)
+    )
+    assert call_ns / (timed_s * 1e4) == pytest.approx(1.0, abs=0.8)
+
+
+def test_every_piece_is_named_in_the_help(capsys):
+    with pytest.raises(SystemExit):
+        benchmark.main(["--help"])
+    out = capsys.readouterr().out
+    for name, piece in benchmark.PIECES.items():
+        assert re.search(rf"^  {name} +{re.escape(piece.__doc__.splitlines()[0])}$", out, re.MULTILINE)
 
 
 def test_no_rounds_are_refused(capsys):
@@ -170,7 +212,7 @@ def test_no_rounds_are_refused(capsys):
 @pytest.mark.parametrize("name", robot_names())
 def test_every_robot_is_driven_about(name):
     """A robot that stood would be timed for standing."""
-    job = benchmark.driving(name, benchmark.ARMING_TICKS + 400)
+    job = robots.driving(name, robots.ARMING_TICKS + 400)
     for _ in job:
         pass
     assert job.bench.base.drive.driver == ("rc" if job.bench.robot.rc else "core")
@@ -194,6 +236,7 @@ def dashboard_samples(**changed):
     for view in dashboard.VIEWS:
         for kind, frame_s in (("ours", 0.004), ("stock", 0.03)):
             sample |= {f"{view.name} {kind} {key}_s": frame_s for key in ("frame", "drawing", "frame_p99")}
+            sample |= {f"{view.name} {kind} call_ns": 96.0}
     return [sample | changed]
 
 

@@ -1,1 +1,1 @@
-"""Pieces of scripts/benchmark.py that are long enough for a file of their own."""
+"""A file for each thing that scripts/benchmark.py measures, and what they share: timing, the empty call, the table."""

@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any
 
 WARM_FRAMES = 20
+EMPTY_CALLS = 500
+"""Timed in each frame, and not counted in it."""
 FRAMES_PER_S = 20
 FRAME_TICKS = 1000 // FRAMES_PER_S
 TABLES = ("wheels", "wires", "wiretable")
@@ -68,11 +70,14 @@ class Meter:
     """CPU of each frame, after some that warm up; ends the app."""
 
     def __init__(self, app: Any, frames: int, result: Path) -> None:
-        self._app, self._result = app, result
+        from empty_call import reading_ns  # here: an app whose start is measured does not import it
+
+        self._app, self._result, self._reading_ns = app, result, reading_ns
         self._left = frames + WARM_FRAMES
         self._wanted = frames
         self._seconds: list[float] = []
         self._ticks_s: list[float] = []
+        self._calls_ns: list[float] = []
         self._last = 0.0
 
     def frame(self, run_ticks: Callable[[], None]) -> None:
@@ -80,16 +85,24 @@ class Meter:
         now = time.process_time()
         if self._last:
             self._seconds.append(now - self._last)
-        self._last = now
         run_ticks()
         self._ticks_s.append(time.process_time() - now)
+        begin = time.thread_time()
+        self._calls_ns.append(self._reading_ns(EMPTY_CALLS))
+        self._last = now + time.thread_time() - begin
         self._left -= 1
         if self._left == 0:
             frames = sorted(self._seconds[-self._wanted :])
             mean_s = math.fsum(frames) / len(frames)
             ticks_s = math.fsum(self._ticks_s[-self._wanted :]) / self._wanted
             longest_s = frames[int(0.99 * (len(frames) - 1))]
-            facts = {"frame_s": mean_s, "drawing_s": mean_s - ticks_s, "frame_p99_s": longest_s}
+            call_ns = sorted(self._calls_ns[-self._wanted :])[self._wanted // 2]
+            facts = {
+                "frame_s": mean_s,
+                "drawing_s": mean_s - ticks_s,
+                "frame_p99_s": longest_s,
+                "call_ns": call_ns,
+            }
             self._result.write_text(json.dumps(facts))
             self._app.exit()
 

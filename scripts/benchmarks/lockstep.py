@@ -1,4 +1,4 @@
-"""Foreign firmware in lock-step, measured: `python scripts/benchmark.py --only lockstep`.
+"""Foreign firmware in C, in lock-step: the link, a whole run, a reset.
 
     link        a step of a firmware that only answers, against two C programs that pass each other the same packets,
                 in turns in the same run: how much of their speed it reaches
@@ -16,7 +16,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from statistics import median
 
@@ -29,7 +29,8 @@ from bench.dut.firmware import Firmware, FirmwareBase, firmware_of
 from bench.loop import Bench, simulated
 from bench.messages import TickInput, TickOutput
 from bench.rc.transmitter import Sticks, Transmitter
-from benchmarks.table import Row, Sample, verdict
+from benchmarks.empty_call import beside, told_for_reference
+from benchmarks.table import Row, Sample, row_at_least, verdict
 
 LINK_AT_LEAST, RUN_AT_LEAST, RESET_MS_AT_MOST = 0.4, 15.0, 5.0
 SLICES, SLICE_TICKS = 10, 2000
@@ -55,8 +56,8 @@ def measure(order: random.Random, share: float = 1.0) -> Sample:
     }
     runs[OURS] = (Base, STYLES["superloop"])
     for style in order.sample(sorted(runs), len(runs)):
-        wall, cpu = _run_factors(*runs[style], share)
-        sample |= {f"{style} wall": wall, f"{style} CPU": cpu}
+        (wall, cpu), call_ns = beside(partial(_run_factors, *runs[style], share))
+        sample |= {f"{style} wall": wall, f"{style} CPU": cpu, f"{style} call_ns": call_ns}
     return sample | {"reset": _reset_ms(firmware_of(EXAMPLES / "interrupts" / "fixed.toml"), share)}
 
 
@@ -73,10 +74,14 @@ def report(samples: Sequence[Sample]) -> list[Row]:
             verdict(link >= LINK_AT_LEAST),
         )
     ]
-    for style in (f"{style} {clock}" for style in (*STYLES, OURS) for clock in ("CPU", "wall")):
-        factor = median(sample[style] for sample in samples)
-        bar = () if style.startswith(OURS) else (f"at least {RUN_AT_LEAST:g}", verdict(factor >= RUN_AT_LEAST))
-        rows.append(Row(f"times real time, firmware recorded, {style}", f"{factor:.1f}", *bar))
+    for style in (*STYLES, OURS):
+        calls_ns = [sample[f"{style} call_ns"] for sample in samples]
+        for clock in ("CPU", "wall"):
+            factors = [sample[f"{style} {clock}"] for sample in samples]
+            row = row_at_least(f"times real time, firmware recorded, {style} {clock}", factors, RUN_AT_LEAST)
+            if style == OURS:
+                row = row._replace(bar="", verdict="")
+            rows.append(row._replace(told_for_reference=told_for_reference(factors, calls_ns)))
     is_met = reset_ms <= RESET_MS_AT_MOST
     return [*rows, Row("reset of a firmware, ms", f"{reset_ms:.2f}", f"at most {RESET_MS_AT_MOST:g}", verdict(is_met))]
 
