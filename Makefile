@@ -2,11 +2,20 @@
 # make test   set up what is needed and run the tests
 # Both need Python 3.11 or newer and git; everything is installed into .venv.
 
-VENV   := .venv
-ATTACK := .venv-attack
+VENV     := .venv
+ATTACK   := .venv-attack
 VALIDATE := .venv-validate
-PYTHON := $(VENV)/bin/python
-PIP    := $(PYTHON) -m pip install --quiet --disable-pip-version-check
+PYTHON   := $(VENV)/bin/python
+
+# $(call install,ENVIRONMENT,EXTRAS,WORDS). What pip says is shown where it fails, but the first of its retries alone.
+comma := ,
+define install
+@echo "installing $(3) into $(1), once; this takes a minute or two ..." >&2
+@$(1)/bin/python -m pip install --quiet --quiet --disable-pip-version-check -e '.$(2)' 2> $(1)/pip.log || { \
+  awk '!/^ *WARNING: Retrying/ || !retries++' $(1)/pip.log >&2; \
+  echo "wheelbench: pip could not install into $(1), and says why above; it needs a network this once: try again with one" >&2; \
+  exit 3; }
+endef
 
 .PHONY: demo test lint bench fuzz mutate validate clean
 
@@ -30,9 +39,9 @@ fuzz: $(ATTACK)/.stamp
 mutate: $(VENV)/.dev
 	@$(PYTHON) scripts/mutate.py
 
-# Two minutes: the plant beside MuJoCo with every roller a body. See docs/plant.md.
+# Two minutes: the plant beside MuJoCo with every roller a body, and that a wrong plant is seen. See docs/plant.md.
 validate: $(VALIDATE)/.stamp
-	@$(VALIDATE)/bin/python scripts/validate.py
+	@$(VALIDATE)/bin/python -m pytest -n 0 tests/test_validate.py && $(VALIDATE)/bin/python scripts/validate.py
 
 clean:
 	rm -rf $(VENV) $(ATTACK) $(VALIDATE)
@@ -41,23 +50,23 @@ $(VENV)/bin/python:
 	@found=; for python in python3 python3.14 python3.13 python3.12 python3.11; do \
 	  if $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then found=$$python; break; fi; done; \
 	if [ -z "$$found" ]; then echo "wheelbench needs Python 3.11 or newer; none of python3, python3.11 .. python3.14 is one" >&2; exit 3; fi; \
-	$$found -m venv $(VENV)
+	$$found -m venv $(VENV) || { rm -rf $(VENV); exit 3; }
 
 $(VENV)/.run: pyproject.toml | $(VENV)/bin/python
-	@echo "installing wheelbench into $(VENV) ..." >&2
-	@$(PIP) -e . && touch $@
+	$(call install,$(VENV),,wheelbench)
+	@touch $@
 
 $(VENV)/.dev: pyproject.toml | $(VENV)/bin/python
-	@echo "installing wheelbench and its development tools into $(VENV) ..." >&2
-	@$(PIP) -e '.[dev]' && touch $@ $(VENV)/.run
+	$(call install,$(VENV),[dev],wheelbench and its development tools)
+	@touch $@ $(VENV)/.run
 
 # Atheris changes what it runs, so it lives beside the bench's own environment and not in it.
 $(ATTACK)/.stamp: pyproject.toml | $(VENV)/bin/python
-	@echo "installing wheelbench and atheris into $(ATTACK) ..." >&2
 	@$(PYTHON) -m venv $(ATTACK)
-	@$(ATTACK)/bin/python -m pip install --quiet --disable-pip-version-check -e '.[attack]' && touch $@
+	$(call install,$(ATTACK),[attack],wheelbench and atheris)
+	@touch $@
 
 $(VALIDATE)/.stamp: pyproject.toml | $(VENV)/bin/python
-	@echo "installing wheelbench and MuJoCo into $(VALIDATE) ..." >&2
 	@$(PYTHON) -m venv $(VALIDATE)
-	@$(VALIDATE)/bin/python -m pip install --quiet --disable-pip-version-check -e '.[validate]' && touch $@
+	$(call install,$(VALIDATE),[dev$(comma)validate],wheelbench$(comma) its development tools and MuJoCo)
+	@touch $@

@@ -79,7 +79,7 @@ def test_without_mujoco_it_says_how_to_get_it():
 
 
 def test_a_wrong_plant_is_out(monkeypatch):
-    pytest.importorskip("mujoco", reason="mujoco is not installed: `make validate` has it in an environment of its own")
+    pytest.importorskip("mujoco", reason="mujoco is not installed: `make validate` installs it and runs this test")
     check = next(one for one in validate.checks(load_robot("m2006")) if one.name == "pushed forward")
     good = validate.judge(check)
     assert good.error < good.allowed
