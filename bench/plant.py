@@ -28,10 +28,11 @@ import pymunk
 
 from bench.arena import FIELD, ORIGIN, Arena, Disc, Obstacle
 from bench.config import Robot
-from bench.contact import Contact, WheelState
-from bench.loads import GRAVITY_MPS2, lift_above, load_rows, tipping_part
+from bench.ground.contact import Contact
+from bench.ground.loads import GRAVITY_MPS2, lift_above, load_rows, tipping_part
+from bench.ground.modes import WheelState
+from bench.ground.walls import WallRows
 from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
-from bench.walls import WallRows
 
 STEP_S = TICK_US / 1e6
 WALL_THICKNESS_M = 0.2

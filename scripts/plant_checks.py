@@ -21,8 +21,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench import plant as engine
 from bench.arena import Arena
 from bench.config import Robot, Wheel, load_robot
+from bench.ground.loads import load_rows
 from bench.kinematics import Kinematics
-from bench.loads import load_rows
 from bench.messages import BodyTwist, Pose
 from bench.plant import STEP_S, Plant
 

@@ -40,14 +40,14 @@ BUILDS_ON = {
         "bench.errors",
         "bench.fittings",
         "bench.kinematics",
-        "bench.loads",
+        "bench.ground.loads",
         "bench.messages",
         "bench.rc_decode",
         "bench.slamware.payloads",
     },
     "fittings.py": {"bench.config"},
     "sensors.py": FOUNDATION | {"bench.arena", "bench.fittings", "bench.slamware"},
-    "loads.py": FOUNDATION | {"bench.kinematics"},
+    "ground/": FOUNDATION | {"bench.ground", "bench.kinematics"},
     "kinematics.py": FOUNDATION,
     "m2006.py": FOUNDATION | {"bench.canbus"},
     "dm3519.py": FOUNDATION | {"bench.canbus", "bench.m2006"},
@@ -60,10 +60,9 @@ BUILDS_ON = {
     "odometry.py": FOUNDATION | {"bench.kinematics", "bench.as_printed.choices"},
     "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
     "rc_decode.py": FOUNDATION | {"bench.rc"},
-    "walls.py": {"bench.kinematics"},
     "arena.py": FOUNDATION,
     "noise.py": FOUNDATION,
-    "plant.py": FOUNDATION | {"bench.arena", "bench.kinematics", "bench.contact", "bench.loads", "bench.walls"},
+    "plant.py": FOUNDATION | {"bench.arena", "bench.ground", "bench.kinematics"},
 }
 
 
@@ -125,7 +124,12 @@ def test_floats_are_not_summed_where_python_versions_differ():
     """Since 3.12 the built-in sum() of floats is compensated: another last bit than on 3.11."""
     for name in (
         "plant.py",
-        "contact.py",
+        "ground/contact.py",
+        "ground/linear.py",
+        "ground/loads.py",
+        "ground/modes.py",
+        "ground/sweeps.py",
+        "ground/walls.py",
         "kinematics.py",
         "odometry.py",
         "instruments.py",

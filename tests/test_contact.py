@@ -8,7 +8,7 @@ from bases import m2006, mecanum, omni3, omni4
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.contact import MAX_SWEEPS, Contact
+from bench.ground.contact import MAX_SWEEPS, Contact
 
 LAYOUTS = {"004": m2006(), "omni3": omni3(), "omni4": omni4(), "mecanum": mecanum()}
 MASS, YAW, WHEEL = 1.6, 0.0056, 1.2045e-3

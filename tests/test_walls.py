@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_contact import DRY, GRIP, MASS, NS, ROLLING, WHEEL, YAW, geometry, velocities, wheel_states
 
-from bench.contact import MAX_WALL_SWEEPS, Contact
-from bench.walls import WallRows
+from bench.ground.contact import MAX_WALL_SWEEPS, Contact
+from bench.ground.walls import WallRows
 
 LAYOUTS = {"004": m2006(), "omni3": omni3(), "omni4": omni4(), "mecanum": mecanum()}
 RADIUS = 0.08

@@ -50,8 +50,8 @@ def _least_inertia_kgm2(motor: Motor) -> float:
 def check_robot(path: Path, robot: Robot) -> None:
     """Raise ConfigError where this robot cannot be built, stand, move or be driven."""
     # Imported here: kinematics builds on this package, and only a whole robot can be singular.
+    from bench.ground.loads import load_rows
     from bench.kinematics import Kinematics
-    from bench.loads import load_rows
     from bench.slamware.payloads import Identity, identity_answer
 
     def fail(key: str, what: str) -> ConfigError:

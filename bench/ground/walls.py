@@ -20,6 +20,7 @@ import math
 from collections.abc import Hashable, Sequence
 from typing import TypeAlias
 
+from bench.ground.linear import Matrix, dot, times
 from bench.kinematics import Row
 
 AWAY, LEANS = 0.0, 1.0
@@ -34,7 +35,6 @@ DEPENDENT_BELOW = 1e-12
 
 Touch: TypeAlias = tuple[Hashable, float, float, float]
 """Which wall, its normal (x, y), its friction against the body."""
-Matrix: TypeAlias = tuple[Row, Row, Row]
 
 
 class WallRows:
@@ -219,12 +219,12 @@ def _changes(
 
     A row comes with its inverse mass on a free body. Rows that others hold already get no impulse.
     """
-    velocity = _times(inverse, momentum)
+    velocity = times(inverse, momentum)
     count = len(rows)
     system = []
     for row, _ in rows:
-        x, y, w = _times(inverse, row)  # symmetric
-        system.append([x * push[0] + y * push[1] + w * push[2] for push in pushes] + [-_dot(row, velocity)])
+        x, y, w = times(inverse, row)  # symmetric
+        system.append([x * push[0] + y * push[1] + w * push[2] for push in pushes] + [-dot(row, velocity)])
     solved = []
     for i, (_, free) in enumerate(rows):
         pivot = system[i][i]
@@ -239,11 +239,3 @@ def _changes(
     for i in solved:
         changes[i] = system[i][count] / system[i][i]
     return changes, len(solved)
-
-
-def _dot(a: Row, b: Row) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _times(matrix: Matrix, row: Row) -> Row:
-    return _dot(matrix[0], row), _dot(matrix[1], row), _dot(matrix[2], row)
