@@ -8,6 +8,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
 import plant_checks
+from plant_rows.check import LAYOUTS, NO_LOSSES, first_step, robot_with
+from plant_rows.grip import DIRECTIONS_DEG, GRIP_TABLE, grip_limit
+from plant_rows.inertia import acceleration_under
 
 ROWS = plant_checks.checks()
 PAGE = Path(__file__).parents[1] / "docs" / "plant.md"
@@ -30,20 +33,20 @@ def test_the_page_shows_these_rows_with_what_was_measured_within_what_is_allowed
             assert abs(float(measured) - row.expected) <= row.allowed * 1.01
 
 
-@pytest.mark.parametrize("robot", plant_checks.GRIP_TABLE)
+@pytest.mark.parametrize("robot", GRIP_TABLE)
 def test_the_bound_is_the_linear_programmes(robot):
     """Brute force over the vertices gives the page's table; half a unit of its last digit."""
-    built = plant_checks.robot_with(plant_checks.LAYOUTS[robot])
-    for deg, limit in zip(plant_checks.DIRECTIONS_DEG, plant_checks.GRIP_TABLE[robot], strict=True):
-        assert plant_checks.grip_limit(built, deg)[0] == pytest.approx(limit, abs=6e-4)
+    built = robot_with(LAYOUTS[robot])
+    for deg, limit in zip(DIRECTIONS_DEG, GRIP_TABLE[robot], strict=True):
+        assert grip_limit(built, deg)[0] == pytest.approx(limit, abs=6e-4)
 
 
 def test_a_plant_that_forgets_reflected_inertia_would_fail():
     """The rows can fail: without the wheels' inertia the base would weigh 1.6 kg, not 4.672."""
-    light = plant_checks.robot_with(motor_inertia_kgm2=1e-9, **plant_checks.NO_LOSSES)
-    heavy = plant_checks.robot_with(**plant_checks.NO_LOSSES)
+    light = robot_with(motor_inertia_kgm2=1e-9, **NO_LOSSES)
+    heavy = robot_with(**NO_LOSSES)
     torques = (0.02, 0.0, -0.02)
-    share = plant_checks.acceleration_under(light, torques)[0] / plant_checks.acceleration_under(heavy, torques)[0]
+    share = acceleration_under(light, torques)[0] / acceleration_under(heavy, torques)[0]
     assert share == pytest.approx(4.672 / 1.6, abs=1e-3)
-    got = plant_checks.first_step(heavy, [t / 0.18 for t in torques])[0]
-    assert got != pytest.approx(plant_checks.acceleration_under(light, torques)[0], rel=0.5)
+    got = first_step(heavy, [t / 0.18 for t in torques])[0]
+    assert got != pytest.approx(acceleration_under(light, torques)[0], rel=0.5)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
-import plant_checks
-from plant_checks import LAYOUTS
+from plant_rows.check import LAYOUTS, robot_with
+from plant_rows.laws import energy
 
 from bench.arena import Arena
 from bench.messages import BodyTwist
@@ -20,7 +20,7 @@ from bench.plant import STEP_S, Plant
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_every_step_balances_and_no_friction_gives(layout):
     """Motor work + losses = change of kinetic energy, to rounding; dry, viscous, tyre and rolling work each <= 0."""
-    imbalance_j, gain = plant_checks.energy(LAYOUTS[layout], steps=600, seed=5)
+    imbalance_j, gain = energy(LAYOUTS[layout], steps=600, seed=5)
     assert imbalance_j < 1e-12
     assert gain < 1e-9
 
@@ -35,7 +35,7 @@ def kinetic_j(plant: Plant, robot) -> float:
 @settings(deadline=None, max_examples=12)
 @given(vx=st.floats(-3, 3), vy=st.floats(-3, 3), omega=st.floats(-20, 20), restitution=st.sampled_from((0.0, 0.5)))
 def test_without_current_energy_never_grows_walls_included(layout, vx, vy, omega, restitution):
-    robot = plant_checks.robot_with(LAYOUTS[layout])
+    robot = robot_with(LAYOUTS[layout])
     plant = Plant(robot, Arena(0.6, 0.5, restitution=restitution), twist=BodyTwist(vx, vy, omega))
     energy_j = kinetic_j(plant, robot)
     for _ in range(120):
@@ -67,7 +67,7 @@ def test_any_sane_robot_with_any_currents_moves_by_what_its_motors_give(layout, 
 
     The speed at the end of the step, for which friction is solved: that way no step can give more than it was given.
     """
-    robot = plant_checks.robot_with(LAYOUTS[layout], **changes)
+    robot = robot_with(LAYOUTS[layout], **changes)
     count = len(robot.wheels)
     plant = Plant(robot, Arena(0.8, 0.6))
     amperes = st.floats(-12.0, 12.0) | st.sampled_from((0.0, float("nan"), float("inf"), -float("inf"), 1e300))
