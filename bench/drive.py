@@ -107,11 +107,7 @@ class Drive:
         if frame is None:
             return
         channels = frame.channels
-        sticks = (
-            _stick(channels, profile.forward, profile),
-            -_stick(channels, profile.right, profile),
-            -_stick(channels, profile.clockwise, profile),
-        )
+        sticks = sticks_of(channels, profile)
         if any(sticks) or any(self.sticks):  # the frame that finds them back at rest starts the count
             self._moved_tick = tick
         self.sticks = sticks
@@ -199,6 +195,15 @@ class Drive:
         else:
             vx, vy = to_vx, to_vy
         return _new_twist(BodyTwist, (vx, vy, to_omega if arrives else omega + math.copysign(step, turn)))
+
+
+def sticks_of(channels: tuple[int, ...], profile: Profile) -> tuple[float, float, float]:
+    """Where a frame has the sticks: forward, left and counter-clockwise, -1 to 1."""
+    return (
+        _stick(channels, profile.forward, profile),
+        -_stick(channels, profile.right, profile),
+        -_stick(channels, profile.clockwise, profile),
+    )
 
 
 def _stick(channels: tuple[int, ...], axis: Axis, profile: Profile) -> float:

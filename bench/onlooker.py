@@ -9,19 +9,19 @@ from __future__ import annotations
 from bench import rc_decode
 from bench.base import RC_PAUSE_US
 from bench.config import Robot
-from bench.drive import Drive
-from bench.link import RcLink
-from bench.messages import TICK_US, ZERO_TWIST
+from bench.drive import sticks_of
+from bench.link import COMMANDING, RcLink
+from bench.messages import TICK_US, RcFrame
 
 
 class Onlooker:
     """Hears one RC wire. `link` is None for a robot that takes no RC."""
 
     def __init__(self, robot: Robot) -> None:
-        profile = robot.rc
+        self._profile = profile = robot.rc
         self._decoder = rc_decode.decoder(profile.protocol, pause_us=RC_PAUSE_US) if profile else None
         self.link = RcLink(profile, robot.link) if profile else None
-        self._drive = Drive(robot)
+        self._frame: RcFrame | None = None  # the last that counted as the driver's will
         self._pending = False  # a frame has begun: time alone may end it
 
     def step(self, tick: int, rc_bytes: bytes) -> None:
@@ -30,14 +30,19 @@ class Onlooker:
         if decoder is None or link is None:
             return
         if rc_bytes or self._pending:
-            link.step(tick, decoder.feed(rc_bytes, tick * TICK_US))
+            state = link.step(tick, decoder.feed(rc_bytes, tick * TICK_US))
             self._pending = decoder.pending
-            self._drive.step(tick, link, ZERO_TWIST, False, 0.0)
         elif tick >= link.review_tick:
-            link.step(tick, ())
-            self._drive.step(tick, link, ZERO_TWIST, False, 0.0)
+            state = link.step(tick, ())
+        else:
+            return
+        if state in COMMANDING:
+            self._frame = link.frame
 
     @property
     def sticks(self) -> tuple[float, float, float]:
         """Forward, left and counter-clockwise, -1 to 1."""
-        return self._drive.sticks
+        frame, profile = self._frame, self._profile
+        if frame is None or profile is None:
+            return 0.0, 0.0, 0.0
+        return sticks_of(frame.channels, profile)

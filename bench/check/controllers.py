@@ -20,6 +20,7 @@ import sys
 import sysconfig
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple, TypeAlias
@@ -74,6 +75,12 @@ def controller_of(robot: Robot, text: str | None, folder: Path = Path()) -> Cont
     chosen = with_choices(robot, text)
     kind = chosen.control.kind
     return Controller(chosen, Base, kind if kind != SPEED_LOOP else None)
+
+
+def at_full_speed(base: ControlledBase) -> AbstractContextManager[None]:
+    """What a base needs for a run that waits for nobody: a firmware's process shares our core."""
+    kept: Callable[[], AbstractContextManager[None]] = getattr(base, "kept_on_one_core", nullcontext)
+    return kept()
 
 
 def name_of(factory: object) -> str | None:

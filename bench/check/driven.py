@@ -20,7 +20,7 @@ from types import TracebackType
 
 from bench.arena import FIELD, Arena, arena_toml
 from bench.base import Base, ControlledBase
-from bench.check.controllers import address_of, name_of
+from bench.check.controllers import address_of, at_full_speed, name_of
 from bench.check.lines import can_lines, rc_lines, slamware_lines
 from bench.check.recording import Recorder
 from bench.check.run import bench_in, info_of
@@ -104,12 +104,13 @@ class Driven:
     def run(self, seconds: float) -> Driven:
         """Let time pass."""
         bench, transmitter = self.bench, self.transmitter
-        for _ in range(round(1000 * seconds)):
-            rc = transmitter.step(bench.now_tick, self.sticks) if transmitter else b""
-            out = bench.tick(TickInput(rc, self._twist))
-            self._twist = None
-            self.outputs.append(out)
-            self.recorder.add(out)
+        with at_full_speed(bench.base):
+            for _ in range(round(1000 * seconds)):
+                rc = transmitter.step(bench.now_tick, self.sticks) if transmitter else b""
+                out = bench.tick(TickInput(rc, self._twist))
+                self._twist = None
+                self.outputs.append(out)
+                self.recorder.add(out)
         return self
 
     def frames(self, can_id: int | None = None) -> list[tuple[int, CanFrame]]:

@@ -24,7 +24,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from bench.base import Base
-from bench.check.controllers import Build, controller_of
+from bench.check.controllers import Build, at_full_speed, controller_of
 from bench.check.faults import Fault
 from bench.check.faulty import FaultyWorld, Injector
 from bench.check.signals import Signals
@@ -164,7 +164,9 @@ def run_cell(robot: Robot, loss: Loss, phase: str, build: Build = Base) -> Cell:
     """One run, judged. Raises ControllerFailed where the base under test does."""
     if loss.off_because:
         return Cell(loss.name, phase, OFF, (loss.off_because,), None, 0.0, 0.0)
-    return _Drive(robot, loss, phase, build).judge()
+    drive = _Drive(robot, loss, phase, build)
+    with at_full_speed(drive.base):
+        return drive.judge()
 
 
 class _Drive:
@@ -174,6 +176,7 @@ class _Drive:
         assert robot.rc is not None
         self._robot, self._loss, self._phase, self._build = robot, loss, phase, build
         self._bench = _bench(robot, build)
+        self.base = self._bench.base
         self._at = CORE_LOSS_TICK if loss.by_core else LOSS_TICK
         columns = self._bench.state_columns
         self._injector = Injector(loss.faults, robot, columns) if loss.faults else None

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from bench.arena import FIELD, Arena, arena_toml, load_arena
 from bench.base import Base
-from bench.check.controllers import Build, Controller, controller_of, is_own, name_of
+from bench.check.controllers import Build, Controller, at_full_speed, controller_of, is_own, name_of
 from bench.check.crosswire.observer import CrossWire
 from bench.check.expectations import Judge
 from bench.check.faults import KINDS
@@ -89,8 +89,9 @@ class Run:
     def __iter__(self) -> Iterator[TickOutput]:
         """Every tick of the run, in order."""
         run_tick, inputs = self._run_tick(), self.inputs
-        for tick in range(self.ticks):
-            yield run_tick(inputs(tick))
+        with at_full_speed(self.bench.base):
+            for tick in range(self.ticks):
+                yield run_tick(inputs(tick))
 
     def blocks(self) -> Iterator[list[TickOutput]]:
         """The same, `BLOCK_TICKS` at a time: what follows a run costs a third of tick by tick then.
@@ -100,11 +101,12 @@ class Run:
         run_tick, inputs = self._run_tick(), self.inputs
         block: list[TickOutput] = []
         try:
-            for start in range(0, self.ticks, BLOCK_TICKS):
-                block = []
-                for tick in range(start, min(start + BLOCK_TICKS, self.ticks)):
-                    block.append(run_tick(inputs(tick)))
-                yield block
+            with at_full_speed(self.bench.base):
+                for start in range(0, self.ticks, BLOCK_TICKS):
+                    block = []
+                    for tick in range(start, min(start + BLOCK_TICKS, self.ticks)):
+                        block.append(run_tick(inputs(tick)))
+                    yield block
         except Exception:
             yield block
             raise

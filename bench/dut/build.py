@@ -59,7 +59,7 @@ def build(project: Project) -> Built:
     folder = folder_of(project)
     program = folder / PROGRAM
     wires = wires_c(project)
-    wanted = _digest_of_text(json.dumps([compiler, _commands(project, compiler), wires]))
+    wanted = _digest_of_text(json.dumps([compiler, _commands(project, compiler), wires, _digest_of_shim()]))
     if _is_fresh(folder, wanted):
         return Built(project, program, is_new=False)
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
@@ -168,7 +168,7 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
     status, text = _run_all([[*command, "-o", str(scratch / PROGRAM)]])[0]
     if status:
         raise UsageError(f"{project.path}: {_unlinked(project, text)}")
-    inputs = set(project.sources) | {SHIM / name for name in SHIM_SOURCES}
+    inputs = set(project.sources)
     for name in names:
         inputs |= set(_read_list(scratch / f"{name}.d"))
     return "".join(text for _, text in said), inputs
@@ -176,8 +176,7 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
 
 def _shim_objects(project: Project, ours: Sequence[str]) -> list[Path]:
     """The shim, compiled: once for all firmwares of this compiler."""
-    content = "".join(_digest(path) for path in sorted(SHIM.rglob("*.[ch]")))
-    folder = _common_folder() / f"shim-{_digest_of_text(json.dumps([*ours, content]))[:16]}"
+    folder = _common_folder() / f"shim-{_digest_of_text(json.dumps([*ours, _digest_of_shim()]))[:16]}"
     objects = [folder / f"{name}.o" for name in SHIM_SOURCES]
     if all(each.exists() for each in objects):
         return objects
@@ -194,6 +193,11 @@ def _shim_objects(project: Project, ours: Sequence[str]) -> list[Path]:
         for one, other in zip(made, objects, strict=True):
             os.replace(one, other)
     return objects
+
+
+def _digest_of_shim() -> str:
+    """Of all of it, headers too: a program that was made with another one may not understand this bench."""
+    return _digest_of_text("".join(_digest(path) for path in sorted(SHIM.rglob("*.[ch]"))))
 
 
 def _assemble(project: Project, compiler: str, listings: Sequence[Path]) -> None:

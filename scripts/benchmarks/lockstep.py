@@ -1,7 +1,7 @@
 """Foreign firmware in C, in lock-step: the link, a whole run, a reset.
 
     link        a step of a firmware that only answers, against two C programs that pass each other the same packets,
-                in turns in the same run: how much of their speed it reaches
+                in turns in the same run: how much of their speed it reaches. Either pair shares one core, as in a run
     run         each example firmware, driven and recorded, faster than real time by so much; our own base beside them
     reset       a fresh firmware until it has answered its first tick
 
@@ -21,7 +21,7 @@ from pathlib import Path
 from statistics import median
 
 from bench.base import Base, ControlledBase
-from bench.check.controllers import Build
+from bench.check.controllers import Build, at_full_speed
 from bench.check.recording import BLOCK_TICKS, Recorder
 from bench.check.run import info_of
 from bench.config import load_robot
@@ -35,7 +35,7 @@ from benchmarks.table import Row, Sample, row_at_least, verdict
 LINK_AT_LEAST, RUN_AT_LEAST, RESET_MS_AT_MOST = 0.4, 15.0, 5.0
 SLICES, SLICE_TICKS = 10, 2000
 RUN_TICKS, RESETS = 10_000, 50
-QUESTION_BYTES, ANSWER_BYTES = 8 + 3 * 12, 4 + 12
+QUESTION_BYTES, ANSWER_BYTES = 8 + 3 * 11, 4 + 11
 """Three feedback frames there, one command frame back."""
 
 OURS = "(our own base)"
@@ -94,7 +94,8 @@ def _link(order: random.Random, share: float) -> float:
     for _ in range(SLICES):
         for ours in order.sample((True, False), 2):
             if ours:
-                ours_s += _steps_s(base, ticks)
+                with at_full_speed(base):
+                    ours_s += _steps_s(base, ticks)
             else:
                 theirs_s += ticks * _pingpong_s(ticks)
     base.close()
@@ -133,13 +134,14 @@ def _run_factors(build: Build, profile: str, share: float) -> tuple[float, float
         begin, begin_cpu = time.perf_counter(), time.process_time()
         with Recorder(Path(folder) / "run", info_of(robot), bench.state_columns, robot.file, robot.rc.file) as recorder:
             block: list[TickOutput] = []
-            for tick in range(ticks):
-                speed = 0.5 * ((tick // 500 + 1) % 3 - 1)
-                sticks = Sticks(speed, -speed / 2, speed / 3) if tick > 400 else Sticks(aux1=100 < tick < 200)
-                block.append(bench.tick(TickInput(transmitter.step(tick, sticks))))
-                if len(block) == BLOCK_TICKS:  # as a run from the command line does
-                    recorder.extend(block)
-                    block = []
+            with at_full_speed(base):  # as a run from the command line does, and in blocks as it does
+                for tick in range(ticks):
+                    speed = 0.5 * ((tick // 500 + 1) % 3 - 1)
+                    sticks = Sticks(speed, -speed / 2, speed / 3) if tick > 400 else Sticks(aux1=100 < tick < 200)
+                    block.append(bench.tick(TickInput(transmitter.step(tick, sticks))))
+                    if len(block) == BLOCK_TICKS:
+                        recorder.extend(block)
+                        block = []
         wall_s, cpu_s = time.perf_counter() - begin, time.process_time() - begin_cpu
     if isinstance(base, FirmwareBase):
         cpu_s += base.processor_s()

@@ -8,10 +8,8 @@ enum { WB_CAN_PER_TICK = 8, WB_CAN_WAITING = 64, WB_UART_WAITING = 4096 };
 
 struct wb_frame {
     uint16_t id;
-    uint8_t length;
-    uint8_t unused;
-    uint8_t data[8];
-};
+    uint8_t length, data[8];
+} __attribute__((packed));
 
 /* What arrived in this tick. */
 struct wb_input {

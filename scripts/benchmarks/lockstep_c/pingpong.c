@@ -1,7 +1,10 @@
-/* The same packets as the lock-step link's, between two processes in C: what the machine itself takes for them.
+/* The same packets as the lock-step link's, between two processes in C: what the machine itself takes for them. They
+ * share the core that the first of them began on.
  *
  *     pingpong ROUNDS QUESTION_BYTES ANSWER_BYTES     prints seconds a round
  */
+#define _GNU_SOURCE
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>
@@ -16,6 +19,10 @@ int main(int count, char **values) {
         return 64;
     long rounds = atol(values[1]);
     size_t question = (size_t)atol(values[2]), answer = (size_t)atol(values[3]);
+    cpu_set_t core;
+    CPU_ZERO(&core);
+    CPU_SET(sched_getcpu(), &core);
+    sched_setaffinity(0, sizeof core, &core);
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_SEQPACKET, 0, ends) != 0)
         return 70;
