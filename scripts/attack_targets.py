@@ -1,9 +1,7 @@
 """What is attacked, and what must hold whatever comes in: one function for each decoder, `check(data)`.
 
 `fuzz.py` drives these with bytes that reach new code, the tests with Hypothesis and with every finding so far. Each
-raises AssertionError where a promise is broken, and otherwise says nothing. The first eight bytes of `data` say how the
-rest is meant (as bytes of a line, or as a script from which frames are built and damaged), where it is cut, and when
-its bytes come.
+raises AssertionError where a promise is broken, and otherwise says nothing. attack_inputs.py says what `data` means.
 """
 
 from __future__ import annotations
@@ -11,6 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from typing import Any
+
+from attack_inputs import HEAD, answer_frame, built, pieces, rc_frame, request_frame, times_us
 
 from bench import rc_decode
 from bench.canbus import dm3519
@@ -24,7 +24,6 @@ from bench.motors import emulated_escs, motor_bus
 from bench.rc import crsf, sbus
 from bench.rc.ibus import IbusDecoder
 from bench.slamware.base_side import SlamwareBase
-from bench.slamware.commands import SUB_COMMANDS
 from bench.slamware.core_side import SlamwareCore
 from bench.slamware.describe import Conversation, summary
 from bench.slamware.framing import FrameDecoder, SlamwareFrame, SlamwareNoise, encode_frame
@@ -32,11 +31,8 @@ from bench.slamware.reference_base import reference_facts
 from bench.slamware.reference_firmware import ReferenceFirmware
 from bench.slamware.senses import Motion
 
-HEAD = 8
 MOST_WAITING = {"uart12": 12, "sbus": 50, "crsf": 90, "ibus": 32, "dbus": 72}
 """Bytes that an RC decoder may hold back: what it must see to judge the first of them."""
-MOST_BUILT = 2000
-"""A script ends here, so that one input does not take as long as a hundred."""
 FACTS = reference_facts()
 STATES = {NEVER_SEEN, LIVE, DEGRADED, HOLD, NEUTRAL, LOST}
 
@@ -47,79 +43,7 @@ class Four(Motion):
     wheel_count = 4
 
 
-# --- what the bytes mean -----------------------------------------------------------------------------------------
-
-
-def built(script: bytes, frame: Callable[[bytes], bytes]) -> bytes:
-    """A line from a script: runs of raw bytes, whole frames, frames with a byte lost, changed, doubled or swallowed."""
-    out, at, last = bytearray(), 0, b""
-    while at < len(script) and len(out) < MOST_BUILT:
-        what, how = script[at] & 7, script[at] >> 3
-        at += 1
-        if what < 2:
-            out += script[at : at + how]
-            at += how
-            continue
-        if what < 7:
-            last = frame(script[at : at + 8].ljust(8, b"\0"))
-            at += 8
-        piece = bytearray(last)
-        if what == 4 and piece:
-            del piece[how % len(piece)]
-        elif what == 5 and piece:
-            piece[how % len(piece)] ^= 1 << how % 8
-        elif what == 6:
-            piece.insert(how % (len(piece) + 1), 0xC8 ^ how)
-        out += piece
-    return bytes(out)
-
-
-def pieces(data: bytes, head: bytes) -> Iterator[tuple[int, int]]:
-    """Where to cut: begin and end of each piece, from one byte to all of them."""
-    at, turn = 0, 0
-    while at < len(data):
-        size = 1 + head[1 + turn % 3] % 67
-        yield at, at + size
-        at, turn = at + size, turn + 1
-
-
-def times_us(count: int, head: bytes) -> list[int]:
-    """A time for each byte: mostly the next one follows at once, sometimes after silence, and clocks run backwards."""
-    now_us, out = 0, []
-    for i in range(count):
-        step = head[4 + i % 3]
-        now_us += 90 if (i + head[7]) % (1 + step % 31) else step * 97 - 500
-        out.append(now_us)
-    return out
-
-
 # --- RC ------------------------------------------------------------------------------------------------------------
-
-
-def rc_frame(protocol: str) -> Callable[[bytes], bytes]:
-    """Eight bytes -> a valid frame of the protocol."""
-    limits = rc_decode.channel_limits(protocol)
-    flags = {"sbus": ("failsafe", "frame_lost"), "ibus": ("failsafe",)}.get(protocol, ())
-
-    def build(seed: bytes) -> bytes:
-        if protocol == "crsf" and seed[0] & 1:
-            if seed[0] & 2:
-                return crsf.encode_link_statistics(seed[1] % 101, -seed[2], seed[3] - 128)
-            return crsf.encode_frame(seed[1], seed[2:] * (seed[0] >> 5), address=sorted(crsf.ADDRESSES)[seed[2] % 5])
-        word = int.from_bytes(seed, "little")
-        channels = [low + (word >> 3 * i) % (high - low + 1) for i, (low, high) in enumerate(limits)]
-        if protocol == "sbus" and seed[0] & 1:
-            footer = sorted(sbus.FOOTERS)[seed[1] % 5]
-            answers = b"".join(bytes((0x03 | slot << 3 & 0xFF, seed[2], seed[3])) for slot in range(seed[4] % 10))
-            return (
-                sbus.encode(
-                    channels, digital=(bool(seed[5] & 1), bool(seed[5] & 2)), upper_flags=seed[5] >> 4, footer=footer
-                )
-                + answers
-            )
-        return rc_decode.encode(protocol, channels, **{flag: bool(seed[i] & 2) for i, flag in enumerate(flags)})
-
-    return build
 
 
 def wire_of(protocol: str, frame: RcFrame, raw: bytes) -> bytes | None:
@@ -237,24 +161,6 @@ def link(data: bytes) -> None:
 
 
 # --- SLAMWARE ------------------------------------------------------------------------------------------------------
-
-
-def request_frame(seed: bytes) -> bytes:
-    """A frame of the control bus: mostly requests that a base knows, of the right size or nearly."""
-    kind = ("standard", "long")[seed[0] & 1]
-    if seed[0] & 6:
-        sub_command = sorted(SUB_COMMANDS)[seed[1] % len(SUB_COMMANDS)]
-        sizes = SUB_COMMANDS[sub_command].request_bytes
-        size = sizes[seed[2] % len(sizes)] + (seed[0] & 0x30 == 0x30)
-        return encode_frame(0xF8, bytes((sub_command,)) + (seed[3:] * 4)[:size], kind)
-    return encode_frame((0, 1, 2, 3, 0xF8, 0xFF)[seed[1] % 6], (seed[2:] * 30)[: seed[2]], kind)
-
-
-def answer_frame(seed: bytes) -> bytes:
-    """What a base may say: OK with data of any size, or an error."""
-    if seed[0] & 7 == 0:
-        return encode_frame(3, bytes((seed[1], seed[2])))
-    return encode_frame(2, (seed[2:] * 30)[: seed[1] % 64])
 
 
 def slamware(data: bytes) -> None:
@@ -412,20 +318,3 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
 
 ORDER = ("sbus", "crsf", "uart12", "slamware", "ibus", "dbus", "base", "can", "link", "core", "firmware", "lines")
 """The same, the ones first whose protocols promise least."""
-
-
-def seeds(name: str) -> Iterator[bytes]:
-    """Inputs to begin with: a few frames as a script, and the same as bytes."""
-    make = {"base": request_frame, "firmware": request_frame, "slamware": request_frame, "core": answer_frame}.get(name)
-    if name in rc_decode.PROTOCOLS:
-        make = rc_frame(name)
-    for number in range(24):
-        seed = bytes((number * 37 + i * i * 11) & 0xFF for i in range(8))
-        script = b"".join(
-            bytes((2 + (number + i) % 6 | (number * 7 + i) % 32 << 3,)) + seed[i:] + seed[:i] for i in range(5)
-        )
-        yield bytes((number << 1 | 1,)) + seed[1:] + script
-        if make is not None:
-            yield bytes((number << 1,)) + seed[1:] + built(script, make)
-    if name == "lines":
-        yield b"(0.001000) can0 201#0000000000000000\n(1.000000) AA 55\n(1.000000) > 10 02\n(1.000000) 1,2,3"

@@ -66,12 +66,12 @@ def attack(name: str, options: Sequence[str]) -> None:
 
 def run(name: str, seconds: int, corpus: Path, findings: Path) -> Outcome:
     """Fuzz one target in a process of its own."""
-    import attack_targets
+    from attack_inputs import seeds
 
     folder = corpus / name
     folder.mkdir(parents=True, exist_ok=True)
     findings.mkdir(parents=True, exist_ok=True)
-    for number, seed in enumerate(attack_targets.seeds(name)):
+    for number, seed in enumerate(seeds(name)):
         (folder / f"seed-{number:02d}").write_bytes(seed)
     command = [sys.executable, __file__, "--child", name, "--"]
     command += [f"-max_total_time={seconds}", f"-max_len={MAX_INPUT_BYTES}", "-print_final_stats=1", "-timeout=60"]

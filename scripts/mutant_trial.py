@@ -19,23 +19,18 @@ import contextlib
 import functools
 import gc
 import importlib
-import importlib.abc
-import importlib.util
-import json
 import math
 import os
-import resource
-import select
 import signal
 import sys
-import time
-import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from types import CodeType, FunctionType
-from typing import Any, NamedTuple, TypeVar
+from types import FunctionType
+from typing import Any, NamedTuple
 
+from forks import Ended, forks, limit
+from mutant_code import Only, caches_of, functions_of, put_in_place
 from mutants import Mutant, marked
 
 SURVIVED, UNREACHED, KILLED, HUNG, UNTOLD = "survived", "unreached", "killed", "hung", "untold"
@@ -47,9 +42,6 @@ TEST_CPU_S, TIMES = 2, 4
 busy machine kills no mutant."""
 UNKNOWN_S = 10.0
 IMPORT_CPU_S = 20
-FORK_WALL_S = 900
-"""A fork without an end after so long by the wall clock tells nothing: it waits, or the machine is busy."""
-MEMORY_BYTES = 2 << 30
 TOOLS = (
     "hypothesis.strategies",
     "pytest",
@@ -66,8 +58,6 @@ OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopt
 OPTIONS += ("-p", "no:unraisableexception", "-p", "no:threadexception")  # they collect garbage, which takes long
 OPTIONS += ("--assert=plain",)  # pytest would read bench itself, as it does where a plugin is installed from: no mutant
 
-Piece = TypeVar("Piece")
-
 
 class Trial(NamedTuple):
     """What became of a mutant."""
@@ -81,142 +71,17 @@ class Broken(Exception):
     """Tests fail without any mutant: nothing can be told."""
 
 
-# --- forks ---------------------------------------------------------------------------------------------------------
-
-
-class Ended(NamedTuple):
-    """How a fork ended: what it answered, what it raised, or the signal that ended it before it could do either."""
-
-    answer: Any = None
-    raised: str = ""
-    signal: int = 0
-
-    @property
-    def trial(self) -> Trial:
-        """What it says about the mutant that it tried: it answers which test failed."""
-        if self.raised:
-            raise Broken(self.raised)
-        if self.answer is None:
-            if self.signal in (signal.SIGALRM, signal.SIGKILL):  # the machine's want of time or memory
-                return Trial(UNTOLD)
-            return Trial(HUNG if self.signal == signal.SIGXCPU else KILLED)
-        if self.answer == ANEW:
-            return Trial(ANEW)
-        return Trial(KILLED, self.answer) if self.answer else Trial(SURVIVED)
-
-
-def forks(jobs: int, pieces: Iterable[Piece], task: Callable[[Piece], object]) -> Iterator[tuple[Piece, Ended]]:
-    """Do each piece of work in a fork of this process, `jobs` at a time; pieces come back as they are done."""
-    waiting, running = iter(pieces), {}
-    while True:
-        while len(running) < jobs:
-            piece = next(waiting, None)
-            if piece is None:
-                break
-            read, write = os.pipe()
-            child = os.fork()
-            if child == 0:
-                _in_fork(write, task, piece)
-            os.close(write)
-            running[read] = (child, piece)
-        if not running:
-            return
-        for read in select.select(list(running), [], [])[0]:
-            child, piece = running.pop(read)
-            with os.fdopen(read) as pipe:
-                text = pipe.read()
-            _, status = os.waitpid(child, 0)
-            if text:
-                yield piece, Ended(*json.loads(text))
-            else:
-                yield piece, Ended(signal=os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0)
-
-
-def _in_fork(write: int, task: Callable[[Piece], object], piece: Piece) -> None:
-    try:
-        sink = os.open(os.devnull, os.O_RDWR)
-        for stream in (0, 1, 2):
-            os.dup2(sink, stream)
-        try:
-            answer, raised = task(piece), ""
-        except BaseException:
-            answer, raised = None, traceback.format_exc()
-        with os.fdopen(write, "wb") as pipe:
-            pipe.write(json.dumps((answer, raised)).encode())
-    finally:
-        os._exit(0)
-
-
-def _limit(cpu_s: float) -> None:
-    """End this process if it takes so much processor time from now on, waits for ever, or eats the machine's memory."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
-    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + cpu_s), resource.RLIM_INFINITY))
-    signal.alarm(FORK_WALL_S)
-
-
-# --- a mutant's code -----------------------------------------------------------------------------------------------
-
-
-class Only(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Gives one module another code, and names that this code knows besides its own."""
-
-    def __init__(self, name: str, file: str, tree: ast.Module, **names: object) -> None:
-        self.name, self.file, self.names = name, file, names
-        self.code = compile(tree, file, "exec")
-
-    def find_spec(self, name, path=None, target=None):  # type: ignore[no-untyped-def]
-        """The module's own place, so that what it is asked for is found."""
-        if name != self.name:
-            return None
-        return importlib.util.spec_from_file_location(name, self.file, loader=self)
-
-    def exec_module(self, module) -> None:  # type: ignore[no-untyped-def]
-        """Run the other code as the module."""
-        module.__dict__.update(self.names)
-        exec(self.code, module.__dict__)
-
-
-def _codes(code: CodeType) -> Iterator[tuple[tuple[str, int], CodeType]]:
-    """All code inside of a module's, by name and line."""
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield (constant.co_qualname, constant.co_firstlineno), constant
-            yield from _codes(constant)
-
-
-def functions_of(file: str) -> list[FunctionType]:
-    """Every function that was made from this file."""
-    return [one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == file]
-
-
-def caches_of(root: Path) -> list[Any]:
-    """What functions of this tree keep of earlier calls: a test that finds an answer there would not run the code."""
-    wrapper = type(functools.cache(len))
-    return [
-        one
-        for one in gc.get_objects()
-        if isinstance(one, wrapper) and getattr(one.__wrapped__, "__code__", None)
-        if one.__wrapped__.__code__.co_filename.startswith((f"{root}/bench/", f"{root}/tests/"))
-    ]
-
-
-def put_in_place(functions: Sequence[FunctionType], tree: ast.Module, file: str) -> bool:
-    """Give functions the code of this tree; False where that cannot be done."""
-    codes: dict[tuple[str, int], list[CodeType]] = {}
-    for key, code in _codes(compile(tree, file, "exec")):
-        codes.setdefault(key, []).append(code)
-    for one in functions:
-        now = codes.get((one.__code__.co_qualname, one.__code__.co_firstlineno), [])
-        if one.__code__ in now:
-            continue
-        if len(now) != 1:
-            return False  # two lambdas of one line
-        try:
-            one.__code__ = now[0]
-        except ValueError:  # another number of free variables
-            return False
-    return True
+def trial_of(ended: Ended) -> Trial:
+    """What the end of a fork says about the mutant that it tried: it answers which test failed."""
+    if ended.raised:
+        raise Broken(ended.raised)
+    if ended.answer is None:
+        if ended.signal in (signal.SIGALRM, signal.SIGKILL):  # the machine's want of time or memory
+            return Trial(UNTOLD)
+        return Trial(HUNG if ended.signal == signal.SIGXCPU else KILLED)
+    if ended.answer == ANEW:
+        return Trial(ANEW)
+    return Trial(KILLED, ended.answer) if ended.answer else Trial(SURVIVED)
 
 
 # --- tests ---------------------------------------------------------------------------------------------------------
@@ -285,7 +150,7 @@ class Loaded:
     def run(self, tests: Iterable[str], seconds: Mapping[str, float]) -> str:
         """One after the other, each with fixtures of its own, until one fails: that one."""
         for test in tests:
-            _limit(TEST_CPU_S + TIMES * seconds.get(test, UNKNOWN_S))
+            limit(TEST_CPU_S + TIMES * seconds.get(test, UNKNOWN_S))
             item = self.tests[test]
             item.ihook.pytest_runtest_protocol(item=item, nextitem=None)
             if self.failed:
@@ -335,9 +200,9 @@ class Module:
             killers.add(self.made[number], trial)
         anew = [number for number, trial in trials.items() if trial.verdict == ANEW]
         for number, ended in forks(jobs, anew, functools.partial(self._anew, killers)):
-            trials[number] = ended.trial
-            killers.add(self.made[number], ended.trial)
-            self.tell(self.made[number], ended.trial)
+            trials[number] = trial_of(ended)
+            killers.add(self.made[number], trial_of(ended))
+            self.tell(self.made[number], trial_of(ended))
         return trials
 
     def _loaded(self, numbers: Sequence[int], jobs: int, under_s: float) -> dict[str, object]:
@@ -398,7 +263,7 @@ class Module:
             return [test for test, ran in lines.items() if mutant.line in ran]
 
         def task(number: int) -> str:
-            _limit(TEST_CPU_S)
+            limit(TEST_CPU_S)
             mutant = self.made[number]
             mutant.apply()  # the tree of this process is its own
             if not put_in_place(functions, ast.fix_missing_locations(self.tree), self.file):
@@ -415,12 +280,12 @@ class Module:
             else:
                 here.append(number)
         for number, ended in forks(jobs, here, task):
-            killers.add(self.made[number], ended.trial)
-            yield number, ended.trial
+            killers.add(self.made[number], trial_of(ended))
+            yield number, trial_of(ended)
 
     def _anew(self, killers: Killers, number: int) -> str:
         """In a fork: import the module with one mutant, and the tests; the test that fails."""
-        _limit(IMPORT_CPU_S)
+        limit(IMPORT_CPU_S)
         sys.dont_write_bytecode = True
         mutant = self.made[number]
         mutant.apply()

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
+import attack_inputs
 import attack_targets
 import fuzz
 import mutants
@@ -34,7 +35,7 @@ def test_any_bytes_keep_every_promise(name, head, rest):
 
 @pytest.mark.parametrize("name", attack_targets.ORDER)
 def test_the_inputs_that_a_fuzzer_begins_with_keep_every_promise(name):
-    for seed in attack_targets.seeds(name):
+    for seed in attack_inputs.seeds(name):
         attack_targets.TARGETS[name](seed)
 
 
@@ -202,7 +203,7 @@ def test_idle():
 TRY_IT = """
 import os, pathlib, signal, sys
 sys.path.insert(0, sys.argv[1])
-import mutant_trial, mutants
+import forks, mutant_trial, mutants
 root = pathlib.Path(sys.argv[2])
 mutant_trial.TOOLS = ("pytest", "hypothesis")
 mutant_trial.load_tools(root)
@@ -214,8 +215,8 @@ trials = mutant_trial.Module(root, "tried.py", ["test_tried"], tree, made).try_a
 for number, trial in sorted(trials.items()):
     print(made[number].name, "|", trial.verdict, "|", trial.by.removeprefix("tests/test_tried.py::"))
 signals = [signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL, signal.SIGSEGV]
-for number, ended in mutant_trial.forks(1, signals, lambda number: os.kill(os.getpid(), number)):
-    print(number.name, "|", ended.trial.verdict, "| ")
+for number, ended in forks.forks(1, signals, lambda number: os.kill(os.getpid(), number)):
+    print(number.name, "|", mutant_trial.trial_of(ended).verdict, "| ")
 """
 
 
