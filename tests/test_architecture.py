@@ -16,8 +16,8 @@ ONLY_IN = {
     "textual": ("tui.py", "screen/"),
     "rich": ("tui.py", "screen/"),
     "pymunk": ("plant.py",),
-    "serial": ("io/ports.py", "io/serial_port.py", "io/surroundings.py"),
-    "can": ("io/ports.py", "io/can_port.py", "cli/canlog.py"),
+    "serial": ("io/ports.py", "io/serial_device.py", "io/surroundings.py"),
+    "can": ("io/ports.py", "io/bus_port.py", "cli/canlog.py"),
     "time": ("io/clock.py",),
     "datetime": (),
     "random": ("check/faulty.py",),  # a seeded generator for each fault

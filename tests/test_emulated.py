@@ -20,7 +20,8 @@ from bench.io.can_port import open_can
 from bench.io.clock import now_ns, wait_ns
 from bench.io.emulated.devices import BaseOnLine, CoreOnLine, EscsOnBus, ReceiverOnLine
 from bench.io.emulated.serve import serve
-from bench.io.serial_port import PacedWriter, open_serial
+from bench.io.paced_writer import PacedWriter
+from bench.io.serial_port import open_serial
 from bench.m2006 import decode_feedback, encode_command
 from bench.messages import BodyTwist, RcFrame
 from bench.rc.line import USUAL, Settings

@@ -19,8 +19,9 @@ from bench.check.reading import Recording
 from bench.check.run import from_source
 from bench.config import load_robot
 from bench.errors import SurroundingsError, UsageError
-from bench.io.can_port import crossed, open_can
+from bench.io.can_port import open_can
 from bench.io.clock import wait_ns
+from bench.io.crossed import crossed
 from bench.io.emulated.devices import CoreOnLine, EscsOnBus, FirmwareOnPorts
 from bench.io.emulated.slcan import SlcanOnLine
 from bench.io.process_link import Prepared, ProcessLink

@@ -14,17 +14,17 @@ import errno
 import glob
 import os
 import struct
+from abc import abstractmethod
 from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any, NamedTuple
 
 from bench.errors import SurroundingsError, UsageError
-from bench.io.clock import now_ns
+from bench.io.revival import Revivable
 
 EVENT = struct.Struct("IhBB")
 BUTTON, AXIS, INITIAL = 0x01, 0x02, 0x80
 FULL_AXIS = 32767
-RETRY_NS = 500_000_000
 BTN_MISC, BTN_JOYSTICK, KEY_MAX = 0x100, 0x120, 0x2FF
 """From linux/input-event-codes.h: joydev counts buttons from BTN_JOYSTICK up, then those from BTN_MISC."""
 
@@ -37,13 +37,12 @@ class PadEvent(NamedTuple):
     value: float
 
 
-class Gamepad:
+class Gamepad(Revivable):
     """What both kinds have in common: being there, being lost, being found again."""
 
     def __init__(self, name: str) -> None:
+        super().__init__("not looked for yet")
         self.name = name
-        self.lost = "not looked for yet"
-        self._retry_ns = 0
 
     def read(self) -> list[PadEvent]:
         """What has happened since the last call; the first after opening tells how everything stands."""
@@ -54,42 +53,26 @@ class Gamepad:
         except BlockingIOError:
             return []
         except OSError as error:
-            self._lose(_why(error))
+            self._lose(self._why(error))
             return []
-
-    def revive(self) -> bool:
-        """Look for it again if it is lost and the time has come; whether it is there now."""
-        if not self.lost:
-            return True
-        if now_ns() < self._retry_ns:
-            return False
-        self._retry_ns = now_ns() + RETRY_NS
-        try:
-            self._open()
-        except OSError as error:
-            self.lost = _why(error)
-            return False
-        self.lost = ""
-        return True
 
     def close(self) -> None:
         """Give it back."""
         self.lost = self.lost or "closed"
         self._release()
 
-    def _lose(self, why: str) -> None:
-        self.lost = why
-        self._retry_ns = now_ns() + RETRY_NS
-        self._release()
+    @staticmethod
+    def _why(error: Exception) -> str:
+        number = getattr(error, "errno", None)
+        if number in (errno.EACCES, errno.EPERM):
+            return "you may not read it; docs/driving.md has the udev rule"
+        if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
+            return "it is not there; plug it in"
+        return Revivable._why(error)
 
+    @abstractmethod
     def _take(self) -> list[PadEvent]:
-        raise NotImplementedError
-
-    def _open(self) -> None:
-        raise NotImplementedError
-
-    def _release(self) -> None:
-        raise NotImplementedError
+        """What has come. Raises BlockingIOError where nothing has, OSError where it has gone."""
 
 
 class JoystickNode(Gamepad):
@@ -207,11 +190,3 @@ def joydev_buttons(codes: Iterable[int]) -> dict[int, int]:
 def scaled(value: int, low: int, high: int) -> float:
     """-1 to 1 over an axis' own range; 0 for one that has none."""
     return max(-1.0, min(1.0, 2.0 * (value - low) / (high - low) - 1.0)) if high > low else 0.0
-
-
-def _why(error: OSError) -> str:
-    if error.errno in (errno.EACCES, errno.EPERM):
-        return "you may not read it; docs/driving.md has the udev rule"
-    if error.errno in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
-        return "it is not there; plug it in"
-    return error.strerror or str(error)

@@ -14,7 +14,7 @@ import os
 import tty
 from collections.abc import Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from bench.errors import SurroundingsError, UsageError
 from bench.io.address import can_address, serial_address
@@ -28,38 +28,6 @@ TIMEOUT_S = 2.0
 """How long a wire may take for bytes that are on their way; on a busy machine a pty needs some milliseconds."""
 PIECE_BYTES = 1024
 """A pty holds 4095 bytes; more at once would block the writer for ever, there being one thread."""
-
-
-class SerialWire(Protocol):
-    """A serial line, seen from outside: bytes put in at one end come out at the other."""
-
-    def to_base(self, data: bytes) -> bytes:
-        """From the device to the base."""
-        ...
-
-    def from_base(self, data: bytes) -> bytes:
-        """From the base to the device."""
-        ...
-
-    def close(self) -> None:
-        """Release the ports."""
-        ...
-
-
-class CanWire(Protocol):
-    """A CAN bus with the base at one end and the motors at the other."""
-
-    def to_base(self, frames: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
-        """From the motors to the base."""
-        ...
-
-    def from_base(self, frames: Sequence[CanFrame]) -> tuple[CanFrame, ...]:
-        """From the base to the motors."""
-        ...
-
-    def close(self) -> None:
-        """Release the ports."""
-        ...
 
 
 class PtyWire:
@@ -156,7 +124,7 @@ class WiredWorld(World):
         super().__init__(world.robot, core=world.core, motors=world.motors)
         self._inner = world
         self._rc = self._slamware = None
-        self._can: CanWire | None = None
+        self._can: VirtualCanWire | None = None
         try:
             self._rc = serial_wire("rc", rc)
             self._slamware = serial_wire("slamware", slamware)
@@ -211,7 +179,7 @@ def serial_wire(name: str, text: str) -> PtyWire | None:
     raise UsageError(f"--{name} {text}: whoever is there is no part of the simulation; give --role {role}")
 
 
-def can_wire(text: str) -> CanWire | None:
+def can_wire(text: str) -> VirtualCanWire | None:
     """The CAN wire of an address; None is a wire inside the process. Raises UsageError for another address."""
     if text == "recorded":
         raise UsageError("--can recorded: goes with a recording; give its directory as SOURCE")

@@ -21,7 +21,8 @@ from bench.config import Robot
 from bench.errors import UsageError
 from bench.io.address import can_address, serial_address
 from bench.io.can_port import CanPort, open_can
-from bench.io.serial_port import PacedWriter, SerialPort, open_serial
+from bench.io.paced_writer import PacedWriter
+from bench.io.serial_port import SerialPort, open_serial
 from bench.loop import Bench
 from bench.messages import ZERO_TWIST, BodyTwist, CanFrame, TickInput
 from bench.motors import family
@@ -30,7 +31,6 @@ from bench.rc.line import USUAL
 from bench.slamware.core_side import SlamwareCore
 from bench.world import SimulatedMotors
 
-ROLES = ("sim", "base", "core", "motors")
 SILENT = TickInput(b"", ZERO_TWIST)
 """What enters while something is missing: no transmitter, and a core that wants to stand."""
 CLOSING_FRAMES = 3

@@ -12,7 +12,8 @@ from typing import Any
 from bench.base import RC_PAUSE_US, Base
 from bench.config import Robot
 from bench.io.can_port import CanPort
-from bench.io.serial_port import PacedWriter, SerialPort
+from bench.io.paced_writer import PacedWriter
+from bench.io.serial_port import SerialPort
 from bench.loop import Bench, replayed
 from bench.messages import TICK_US, BodyTwist, RcFrame, TickInput
 from bench.rc.line import Settings

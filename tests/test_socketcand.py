@@ -1,0 +1,144 @@
+"""`can:socketcand:` on the loopback: a server after socketcand's doc/protocol.md, python-can's client, or nobody."""
+
+import socket
+import threading
+import time
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from bench.errors import SurroundingsError, UsageError
+from bench.io import bus_port
+from bench.io.can_port import open_can
+from bench.io.clock import wait_ns
+
+DEADLINE_S = 15.0
+PYTHON_CAN_S = 10.0
+"""How long python-can goes on trying a host that refuses."""
+
+
+def until(holds):
+    deadline = time.monotonic() + DEADLINE_S
+    while not holds():
+        assert time.monotonic() < deadline, "nothing came"
+        wait_ns(1_000_000)
+
+
+class Server:
+    """The modes NO_BUS and RAW of the protocol, for one client after the other; `greeting` is what it says first."""
+
+    def __init__(self, number=0, greeting=b"< hi >"):
+        self.greeting = greeting
+        self.heard = []
+        self.client = None
+        self.listener = socket.create_server(("127.0.0.1", number))
+        self.number = self.listener.getsockname()[1]
+        self.serving = threading.Thread(target=self.serve)
+        self.serving.start()
+
+    def serve(self):
+        while True:
+            try:
+                client, _ = self.listener.accept()
+            except OSError:
+                return
+            with client:
+                self.talk(client)
+
+    def talk(self, client):
+        if self.greeting:
+            client.sendall(self.greeting)
+        said = b""
+        while data := self.received(client):
+            said += data
+            while b">" in said:
+                word, _, said = said.partition(b">")
+                self.heard.append(word.strip(b"< "))
+                if self.heard[-1] in (b"open can0", b"rawmode"):
+                    client.sendall(b"< ok >")
+                if self.heard[-1] == b"rawmode":
+                    self.client = client
+
+    @staticmethod
+    def received(client):
+        try:
+            return client.recv(4096)
+        except OSError:
+            return b""
+
+    def close(self):
+        for end in (self.listener, self.client):
+            if end is not None:
+                with suppress(OSError):  # its other end may have left before
+                    end.shutdown(socket.SHUT_RDWR)
+        self.serving.join()
+        self.listener.close()
+
+
+@contextmanager
+def server(**options):
+    made = Server(**options)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def nobody():
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        return free.getsockname()[1]
+
+
+def at(number):
+    return f"can:socketcand:can0?host=127.0.0.1&port={number}"
+
+
+def test_a_host_that_refuses_is_told_at_once():
+    number, began = nobody(), time.monotonic()
+    with pytest.raises(SurroundingsError) as told:
+        open_can("--can", at(number))
+    assert time.monotonic() - began < PYTHON_CAN_S / 2
+    assert str(told.value) == (
+        f"--can {at(number)}: no socketcand answers at 127.0.0.1:{number} (Connection refused); start it there"
+    )
+
+
+def test_a_host_that_says_nothing_is_not_waited_for(monkeypatch):
+    monkeypatch.setattr(bus_port, "CONNECT_S", 0.1)
+    with server(greeting=b"") as silent, pytest.raises(SurroundingsError, match=r"\(timed out\); start it there"):
+        open_can("--can", at(silent.number))
+
+
+def test_another_service_on_that_port_is_named():
+    with server(greeting=b"SSH-2.0\r\n") as other, pytest.raises(SurroundingsError, match="is no socketcand"):
+        open_can("--can", at(other.number))
+
+
+@pytest.mark.parametrize("options", ["", "?host=127.0.0.1", "?port=29536", "?host=5&port=29536", "?host=here&port=no"])
+def test_an_address_without_host_and_port_is_refused(options):
+    with pytest.raises(UsageError, match="needs a host and a port"):
+        open_can("--can", f"can:socketcand:can0{options}")
+
+
+def test_frames_pass_and_a_server_that_went_is_found_again():
+    got = []
+    with server() as first:
+        port = open_can("--can", at(first.number))
+        port.write([(0x200, b"\x02\x58")])
+        until(lambda: b"send 200 2 2 58" in first.heard)
+        first.client.sendall(b"< frame 201 1.000000 BEEF >")
+        until(lambda: got.extend(port.read()) or got)
+        assert got == [(0x201, b"\xbe\xef")]
+    until(lambda: port.write([(0x200, b"")]) or port.lost)
+    began = time.monotonic()
+    assert not port.revive()
+    wait_ns(500_000_000)
+    assert not port.revive()
+    assert time.monotonic() - began < PYTHON_CAN_S / 2, "a loop is not held up"
+    assert "no socketcand answers" in port.lost
+    with server(number=first.number) as again:
+        until(port.revive)
+        port.write([(0x200, b"\x01")])
+        until(lambda: b"send 200 1 1" in again.heard)
+        port.close()
+    assert port.losses == 1
