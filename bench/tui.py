@@ -277,7 +277,7 @@ def show(
     status = _open(stage, recorder, settings, tell)
     differs = stage.lamp is not None and stage.lamp.first is not None
     # Whoever goes back and on from there has no run to its end any more.
-    checks = run.checks if run.checks in stage.link.takers and stage.link.ended else None
+    checks = run.checks if stage.agree in stage.link.takers and stage.link.ended else None
     disagrees = checks is not None and not all(outcome.ok for outcome in checks.outcomes())
     return EXIT_FAILED if differs or disagrees else status
 
@@ -296,6 +296,7 @@ def _open(
         job=stage.job,
         lamp=stage.lamp,
         summary=stage.summary,
+        agree=stage.agree,
         recording=recording,
         tape=tape,
         settings=settings,

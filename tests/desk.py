@@ -19,6 +19,7 @@ from bench.screen.keyboard import Keyboard
 from bench.screen.scene import Hands, Pace, Scene
 from bench.screen.session import Session
 from bench.screen.view import PANELS
+from bench.screen.wire_lamps import WireLamp
 from bench.slamware import FrameDecoder
 from bench.tui import Dashboard
 
@@ -145,6 +146,27 @@ LAMPS = (
     Standing("it arrives", "not yet", -0.75, 12_000),
     Standing("arms within a second", "passed", math.inf, None),
     Standing("currents stay below 0.5 A", "failed", -0.1, 4_321),
+)
+AGREE = (
+    WireLamp(
+        "motion",
+        "failed",
+        (
+            "the encoder counts on CAN and the truth part in 2 of 9 windows, worst: 8.000 to 9.010 s the encoder counts"
+            " on CAN say +12.1, -3.0 mm, +0.52 deg, the truth +101.9, -3.0 mm, +0.55 deg; 3.0 mm and 0.5 deg are"
+            " allowed; wheel 2 turns, and its counts stand still",
+        ),
+    ),
+    WireLamp("current at rest", "untested", ("never stood long enough to be judged",)),
+    WireLamp(
+        "answers", "holds", ("231 requests, 231 answers, the slowest after 1 of 200 ms",), "0% of what is allowed"
+    ),
+    WireLamp(
+        "ids, rates, bus time",
+        "holds",
+        ("busiest 100 ms: CAN 53%, requests to the base 3%, answers of the base 4%, RC bytes (uart12) 12%",),
+        "53% of what is allowed",
+    ),
 )
 SCENE = Scene(
     robot=M2006,

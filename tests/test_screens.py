@@ -6,7 +6,7 @@ After a deliberate change: `pytest tests/test_screens.py --update-pinned`, then 
 from pathlib import Path
 
 import pytest
-from desk import LAMPS, LOST_LINK, M2006, scene
+from desk import AGREE, LAMPS, LOST_LINK, M2006, SCENE, scene
 
 from bench.screen.dialog import Dialog, Item
 from bench.screen.fault_list import known_faults
@@ -45,7 +45,17 @@ SCREENS = {
     "back": scene(pace=Pace(paused=True, behind_ticks=2300), recording="m2006-002"),
     "list": scene(dialog=LIST.shown),
     "long-notice": scene(notice=NOTICE, pace=Pace(paused=True)),
-    "checks": scene(shown=Shown("checks"), hands=None, lamps=LAMPS, replay=Replay("stops", 20_000, "identical so far")),
+    "checks": scene(
+        shown=Shown("checks"),
+        hands=None,
+        lamps=LAMPS,
+        agree=AGREE,
+        replay=Replay("stops", 20_000, "identical so far"),
+    ),
+    "checks-driving": scene(shown=Shown("checks"), agree=AGREE[1:]),
+    "scrubbed": scene(
+        shown=Shown("wires"), seen=SCENE.seen._replace(building=0.4), pace=Pace(paused=True, behind_ticks=2300)
+    ),
 }
 
 

@@ -14,6 +14,7 @@ import random
 from collections import deque
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import takewhile
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from bench import rc_decode
@@ -170,6 +171,10 @@ class Injector:
         """What was touched since the last call."""
         taken, self.touches = self.touches, []
         return taken
+
+    def touches_of(self, tick: int) -> list[Touch]:
+        """What was touched in the newest tick, which this is; it stays to be taken."""
+        return list(takewhile(lambda touch: touch.tick == tick, reversed(self.touches)))
 
 
 class FaultyWorld(World):

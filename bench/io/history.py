@@ -237,6 +237,15 @@ class History:
             outs.append(out)
         return outs
 
+    def ticks(self, first: int, stop: int, end: int, mark: Mark) -> list[TickOutput]:
+        """The ticks first <= tick < stop as they ran; `end` and `mark` as in `at`. Raises LostInstant like it."""
+        outs: list[TickOutput] = []
+        while (now := first + len(outs)) < stop:
+            subject = self.at(now, end, mark)
+            index = bisect_right(self._stills, now, key=lambda one: one.tick) - 1
+            outs += self.go_on(subject, min(stop, self._stills[index].leads_to))
+        return outs
+
     def reaches(self, bench: Bench, tick: int) -> bool:
         """Whether a bench that was built here may run on to this tick: the stretch is known to be what was."""
         index = bisect_right(self._stills, bench.now_tick, key=lambda one: one.tick) - 1

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Protocol, runtime_checkable
 
 from bench.check.faulty import FaultyWorld, Touch
@@ -70,10 +71,12 @@ class InlineLink:
         self.paused = False
         self.inputs = inputs
         self.takers: list[Taker] = list(takers)
+        self.witness: Callable[[Touch], object] | None = None
+        """Hears of each touch of a fault, before any screen asks for them."""
         self._closed = False
         self._snapshot = bench.snapshot()
         self._seen = Follower(bench.state_columns, bench.robot)
-        self._tap = Tap(bench.robot, bench.state_columns)
+        self._tap = Tap(bench.robot, bench.state_columns, self._rebuilt)
         self._tell_tap = self._tap.add
         self.history = History(Subject(bench, self._seen), shared) if remembers else None
         self._newest: Subject | None = None  # where the run is while another instant is shown
@@ -122,6 +125,10 @@ class InlineLink:
     def look(self, wanted: Look) -> Seen:
         """What was sampled of wires and signals before the instant that is shown."""
         return self._tap.look(wanted, self.bench.now_tick)
+
+    def between(self, first: int, end: int) -> list[TickOutput]:
+        """The ticks first <= tick < end of this run as they ran; without those that are no longer held."""
+        return self._tap.between(first, end)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on as if no time had passed, at the newest instant."""
@@ -230,6 +237,14 @@ class InlineLink:
                 if isinstance(taker, _Closing):
                     taker.close()
 
+    def _rebuilt(self, first: int, end: int) -> list[TickOutput]:
+        if self.history is None:
+            return []
+        with suppress(LostInstant):
+            newest = self.newest_tick
+            return self.history.ticks(max(first, self.history.first), min(end, newest), newest, self.mark())
+        return []
+
     def _show(self, subject: Subject) -> None:
         self.bench, self._seen = subject
         self._snapshot = self.bench.snapshot()
@@ -246,5 +261,8 @@ class InlineLink:
         self._tell_tap(out)
         if isinstance(bench.world, FaultyWorld):
             bench.world.injector.observe(out)
+            if self.witness is not None:
+                for touch in bench.world.injector.touches_of(out.tick):
+                    self.witness(touch)
         if history is not None and bench.now_tick >= history.due_tick:
             history.keep(Subject(bench, self._seen))

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Iterable, Sequence
+from copy import copy
 from typing import NamedTuple
 
 from bench.check.signals import Signals, names
@@ -116,6 +117,22 @@ class Scope:
         self._shown = self._pending = None
         self._looked_at = max(self._first_tick, self._now - settings.span_ms)
         self._look_for_trigger()
+
+    def holds(self, signals: tuple[str, ...], first: int, end: int) -> bool:
+        """Whether it has sampled these signals in all ticks from the first to the end."""
+        return set(signals) <= set(self.settings.signals) and self._first_tick <= first and end <= self._now
+
+    def until(self, tick: int, settings: ScopeSettings) -> Scope:
+        """One that has seen no tick from this one on. It takes none: it is for a picture of what was."""
+        other = copy(self)
+        other.settings = settings
+        count = max(0, tick - self._first_tick)
+        other._samples = {name: self._samples[name][:count] for name in settings.signals}
+        other._next_tick = tick
+        other._shown = other._pending = None
+        other._looked_at = self._first_tick
+        other._look_for_trigger()
+        return other
 
     def picture(self, columns: int) -> ScopePicture:
         """What is to be drawn in so many columns of dots."""

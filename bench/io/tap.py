@@ -8,19 +8,18 @@ comes back.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import islice
 from typing import NamedTuple
 
 from bench.config import Robot
+from bench.io.past import Past
 from bench.io.scope import Scope, ScopePicture, ScopeSettings
 from bench.io.wiretap import WireTable, Wiretap
 from bench.messages import TickOutput
 
 KEPT_TICKS = 4000
 """So many ticks are kept whole: a signal that is chosen now has a past. Some 3 MB."""
-LOOKED_BACK_TICKS = 2000
-"""So many before an earlier instant are looked at again: rates are of a second, and the scope wants a picture."""
 
 
 class Look(NamedTuple):
@@ -40,12 +39,23 @@ class Seen(NamedTuple):
 
     wires: WireTable | None = None
     scope: ScopePicture | None = None
+    building: float | None = None
+    """The share of an earlier instant that has been built again; it is not shown before all is there."""
 
 
 class Tap:
-    """Takes every tick of a run; `look` answers for the last one."""
+    """Takes every tick of a run; `look` answers for the last one.
 
-    def __init__(self, robot: Robot, state_columns: Sequence[str]) -> None:
+    `rebuilt` gives (first, end) ticks that are no longer kept; empty where nobody can.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        state_columns: Sequence[str],
+        rebuilt: Callable[[int, int], Sequence[TickOutput]] = lambda *_: (),
+    ) -> None:
+        self._rebuilt = rebuilt
         self._robot, self._columns = robot, tuple(state_columns)
         self._ticks: deque[TickOutput] = deque(maxlen=KEPT_TICKS)
         self.add = self._ticks.append
@@ -53,18 +63,20 @@ class Tap:
         self._wiretap = Wiretap(robot)
         self._scope: Scope | None = None
         self._seen_tick = -1
-        self._past: tuple[int, Tap] | None = None
+        self._past: Past | None = None
 
     def look(self, wanted: Look, before_tick: int | None = None) -> Seen:
         """Catch up with the run, then say what is wanted. Raises ValueError for a signal that the run does not have.
 
-        `before_tick` is an earlier instant, of which there is what the ticks that are still kept whole have to say.
+        `before_tick` is an earlier instant, for which ticks may have to be built again: see `Seen.building`.
         """
-        if before_tick is not None and self._ticks and before_tick <= self._ticks[-1].tick:
-            return self._look_back(wanted, before_tick)
-        self._past = None
         fresh = self._fresh()
         self._wiretap.take(fresh)
+        if before_tick is not None and self._ticks and before_tick <= self._ticks[-1].tick:
+            if self._scope is not None:
+                self._scope.take(fresh)
+            return self._look_back(wanted, before_tick)
+        self._past = None
         scope = self._scope
         if scope is not None:
             scope.take(fresh)
@@ -80,20 +92,40 @@ class Tap:
 
     def cut(self, tick: int) -> None:
         """Forget everything from this tick on: the run goes on from there another way."""
+        self._wiretap.take(self._fresh())
+        wiretap = Past(self._robot, self._columns, self, self._wiretap).wiretap(tick)
         while self._ticks and self._ticks[-1].tick >= tick:
             self._ticks.pop()
-        self._wiretap, self._scope, self._past = Wiretap(self._robot), None, None
-        self._seen_tick = self._ticks[0].tick - 1 if self._ticks else tick - 1
+        self._wiretap, self._scope, self._past = wiretap, None, None
+        self._seen_tick = tick - 1
+
+    @property
+    def kept_from(self) -> int:
+        """The oldest tick that is kept."""
+        return self._ticks[0].tick if self._ticks else 0
+
+    def between(self, first: int, end: int) -> list[TickOutput]:
+        """The ticks first <= tick < end, from those that are kept, or built again."""
+        ticks = self._ticks
+        oldest = ticks[0].tick if ticks else end
+        found = list(self._rebuilt(first, min(end, oldest))) if first < oldest else []
+        start = max(0, first - oldest)
+        return found + list(islice(ticks, start, max(start, end - oldest)))
 
     def _look_back(self, wanted: Look, before_tick: int) -> Seen:
-        """A tap of its own that has seen the ticks until then; kept, because the same instant is looked at for long."""
-        if self._past is None or self._past[0] != before_tick:
-            past = Tap(self._robot, self._columns)
-            for out in self._ticks:
-                if before_tick - LOOKED_BACK_TICKS <= out.tick < before_tick:
-                    past.add(out)
-            self._past = before_tick, past
-        return self._past[1].look(wanted)
+        if self._past is None:
+            self._past = Past(self._robot, self._columns, self, self._wiretap)
+        past = self._past
+        return Seen(
+            *past.look(
+                before_tick,
+                wires=wanted.wires,
+                filter=wanted.filter,
+                log=wanted.log,
+                scope=wanted.scope,
+                columns=wanted.columns,
+            )
+        )
 
     def _fresh(self) -> list[TickOutput]:
         """The ticks since the last look, as far as they are still kept."""

@@ -9,8 +9,9 @@ Tell it the ticks that have passed since the last time (`take`), then ask (`tabl
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
 from bench import rc_decode
@@ -36,6 +37,10 @@ LOGGED = 128
 """So many of the newest frames are kept in words."""
 LOOKED_AT = 256
 """And so many are looked through for each picture; where a filter leaves less, older ones are passed over."""
+KEPT_EVERY, MOST_KEPT = 1000, 3600
+"""The figures are kept once a second, some 4 kB, for whoever looks back; after an hour every second time."""
+FOLLOW_TICKS = 50
+"""What was is told as it would have been at 20 frames a second."""
 RC_TAIL = 512
 MEASURED_EVERY = 4
 """Of an identifier's frames one in so many is counted bit by bit, stuffing included; it stands for the next ones."""
@@ -88,6 +93,7 @@ class WireTable(NamedTuple):
 
 Words: TypeAlias = Callable[[], str]
 """A frame's contents, put into words only where somebody reads them."""
+_Figures: TypeAlias = tuple[str, str, str, int, int, int, int, bytes, Words | None]
 
 
 class _Row:
@@ -102,6 +108,25 @@ class _Row:
         self.words: Words | None = None
         # (count, bits) at each mark of the last second; a row that is new had nothing before.
         self.marks: deque[tuple[int, int]] = deque([(0, 0)] * marks, maxlen=MARKS + 1)
+
+    def figures(self) -> _Figures:
+        """All that is to be kept of it."""
+        return (
+            self.wire, self.key, self.name, self.count, self.bits, self.latest_bits, self.tick, self.data, self.words
+        )  # fmt: skip
+
+    def restore(self, figures: _Figures) -> None:
+        """Go on from there."""
+        self.count, self.bits, self.latest_bits, self.tick, self.data, self.words = figures[3:]
+        self.marks = deque([(self.count, self.bits)], maxlen=MARKS + 1)
+
+
+class _Kept(NamedTuple):
+    """The figures of all rows before a tick."""
+
+    tick: int
+    errors: dict[str, int]
+    rows: tuple[tuple[tuple[str, object], _Figures], ...]
 
 
 class Wiretap:
@@ -128,6 +153,9 @@ class Wiretap:
         self._log: deque[Logged] = deque(maxlen=LOGGED)
         self._filter = ""
         self._unlogged: deque[tuple[int, _Row, bytes, Words | None]] = deque(maxlen=LOOKED_AT)
+        self._robot = robot
+        self._kept: list[_Kept] = []
+        self._keep_every = KEPT_EVERY
 
     def take(self, outs: Iterable[TickOutput]) -> None:
         """The next ticks."""
@@ -143,6 +171,30 @@ class Wiretap:
                 self._take_can(frame, tick)
             if (tick + 1) % MARK_TICKS == 0:
                 self._mark(tick + 1)
+
+    def follow(self, outs: Sequence[TickOutput], filter: str) -> None:
+        """The next ticks, as if somebody had looked all the while: with a filter the log reaches back further."""
+        for start in range(0, len(outs), FOLLOW_TICKS):
+            self.take(outs[start : start + FOLLOW_TICKS])
+            if filter:
+                self._write_log(filter, LOGGED)
+
+    def kept_before(self, tick: int) -> int:
+        """The last tick, but none after this one, whose figures are kept; 0 is the beginning."""
+        place = bisect_right(self._kept, tick, key=lambda kept: kept.tick) - 1
+        return self._kept[place].tick if place >= 0 else 0
+
+    def again(self, tick: int, lead: Sequence[TickOutput]) -> Wiretap:
+        """One that has seen all ticks before this one, as this has: with its figures where they were kept then.
+
+        `lead` are some ticks before: what a decoder had begun to read.
+        """
+        other = Wiretap(self._robot)
+        other.take(lead)
+        other._begin_at(tick, next((kept for kept in self._kept if kept.tick == tick), None))
+        other._kept = [kept for kept in self._kept if kept.tick <= tick]
+        other._keep_every = self._keep_every
+        return other
 
     def table(self, filter: str = "", log: int = LOGGED) -> WireTable:
         """The figures after the last tick, and so many of the newest frames whose words hold `filter`; commas mean or.
@@ -242,6 +294,29 @@ class Wiretap:
         self._marks.append(tick)
         for row in self._rows.values():
             row.marks.append((row.count, row.bits))
+        if tick % self._keep_every == 0:
+            self._keep(tick)
+
+    def _keep(self, tick: int) -> None:
+        rows = tuple((key, row.figures()) for key, row in self._rows.items())
+        self._kept.append(_Kept(tick, dict(self._errors), rows))
+        if len(self._kept) > MOST_KEPT:
+            self._keep_every *= 2
+            self._kept = [kept for kept in self._kept if kept.tick % self._keep_every == 0]
+
+    def _begin_at(self, tick: int, kept: _Kept | None) -> None:
+        """Only what is being read stays of the ticks until here; the figures are those that were kept, or none."""
+        self._tick = tick - 1
+        self._marks = deque([tick], maxlen=MARKS + 1)
+        self._rows, self._can = {}, {}
+        self._unlogged.clear()
+        self._errors = dict(kept.errors) if kept is not None else dict.fromkeys(ORDER, 0)
+        for (wire, key), figures in kept.rows if kept is not None else ():
+            row = self._rows[wire, key] = _Row(*figures[:3], 0)
+            row.restore(figures)
+            if wire == CAN:
+                assert isinstance(key, int)
+                self._can[key] = row
 
     # --- telling -------------------------------------------------------------------------------------------------
 

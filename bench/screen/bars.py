@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import textwrap
 
-from bench.screen.layout import PAGES
+from bench.screen.checks import has_failed
+from bench.screen.layout import CHECKS, PAGES
 from bench.screen.scene import Hands, Scene
 from bench.screen.text import (
     BAD_BADGE,
@@ -55,7 +56,8 @@ def _tabs(scene: Scene, *, long: bool) -> Line:
     line: Line = []
     for number, page in enumerate(PAGES, 1):
         is_open = page == scene.shown.page
-        words = f" {number} {page} " if long else f" {number} "
+        mark = "✗" if page == CHECKS and has_failed(scene) else ""
+        words = f" {number} {page}{mark} " if long else f" {number}{mark} "
         line.append((f"[{words.strip()}]" if is_open else words, TAB if is_open else TITLE))
     return line
 

@@ -1,33 +1,64 @@
-"""Whether all is well: golden, expectations, timing, link, bus, odometry. A lamp a line; and the same for a glance."""
+"""Whether all is well: golden, expectations, wires, timing, bus, odometry. A lamp a line; and the same for a glance."""
 
 from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Iterator
 
 from bench.check.expectations import FAILED, HOLDS, NOT_YET, PASSED, UNTESTED, Standing
 from bench.screen.scene import Scene
 from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, WARN, Line, fit, plain, signed, swing_bar
+from bench.screen.wire_lamps import SWITCHED_OFF, WireLamp
 from bench.screen.wiretable import loads
 
 _SIGNS = {
     PASSED: ("✓ passed  ", GOOD), HOLDS: ("✓ holds   ", GOOD), NOT_YET: ("… not yet ", WARN),
-    UNTESTED: ("? untested", LABEL), FAILED: (" ✗ FAILED ", BAD_BADGE),
+    UNTESTED: ("? untested", LABEL), FAILED: (" ✗ FAILED ", BAD_BADGE), SWITCHED_OFF: ("- off     ", LABEL),
 }  # fmt: skip
 _AXES = ("forward", "left", "turn")
+_NAME_WIDTH = 21
+ROOMY, LOW = (99, 99, True), ((9, 3, False), *((failed, 1, False) for failed in range(9, 0, -1)))
+"""How many lines the reason of a failed check gets, that of another one, and whether sections stand apart."""
 
 
 def checks(scene: Scene, width: int, height: int) -> list[Line]:
-    """Everything, each with its reason."""
-    lines: list[Line] = [*_golden(scene, width), [("", PLAIN)]]
-    lines += _expectations(scene, width)
-    lines += [[("", PLAIN)], [(" time", LABEL)], *_time(scene)]
-    lines += [[("", PLAIN)], [(" wires", LABEL)], *loads(scene, width)]
+    """Everything, each with its reason; on a low screen the reasons are shorter."""
+    lines: list[Line] = []
+    for failed, quiet, apart in (ROOMY, *LOW):
+        lines = list(_all(scene, width, failed, quiet, apart))
+        if len(lines) <= height:
+            return lines
+    hidden = len(lines) - height + 1
+    return [*lines[: height - 1], [(f" … {hidden} more lines: a taller terminal shows them", WARN)]]
+
+
+def _all(scene: Scene, width: int, failed: int, quiet: int, apart: bool) -> Iterator[Line]:
+    blank: list[Line] = [[("", PLAIN)]] if apart else []
+    yield from _golden(scene, width)
+    yield from blank
+    yield from _expectations(scene, width)
+    yield from blank
+    yield from _agree(scene, width, failed, quiet)
+    yield from blank
+    if apart:
+        yield [(" wires", LABEL)]
+    yield from loads(scene, width)
     for finding in scene.snapshot.bus_findings:
         parts = textwrap.wrap(finding, max(8, width - 6))
-        lines += [[(" ! " if at == 0 else "   ", WARN), (part, WARN)] for at, part in enumerate(parts)]
-    lines += [[("", PLAIN)], [(" odometry", LABEL)], *_odometry(scene)]
-    return lines if len(lines) <= height else [line for line in lines if plain(line)]
+        yield from ([(" ! " if at == 0 else "   ", WARN), (part, WARN)] for at, part in enumerate(parts))
+    yield from blank
+    if apart:
+        yield [(" time", LABEL)]
+        yield from _time(scene)
+        yield from blank
+        yield [(" odometry", LABEL)]
+        yield from _odometry(scene)
+    else:
+        yield _pace(scene)
+        follows, *slip = _odometry(scene)
+        yield fit([(" odometry", LABEL), (plain(follows)[2:], PLAIN)], width)
+        yield from slip
 
 
 def glance(scene: Scene, width: int, height: int) -> list[Line]:
@@ -35,8 +66,8 @@ def glance(scene: Scene, width: int, height: int) -> list[Line]:
     lines: list[Line] = []
     if scene.replay is not None and scene.replay.verdict:
         lines += _golden(scene, width)
-    if scene.lamps:
-        lines.append(_counts(scene))
+    if scene.lamps or scene.agree:
+        lines.append(_counts("checks", _states(scene)))
     lines += [*loads(scene, width), _pace(scene)]
     if scene.robot.rc is not None and height >= len(lines) + 1 + len(_AXES):
         lines.append([("", PLAIN)])
@@ -46,9 +77,13 @@ def glance(scene: Scene, width: int, height: int) -> list[Line]:
     return lines
 
 
-def count_of(scene: Scene, *states: str) -> int:
-    """How many expectations stand so."""
-    return len([lamp for lamp in scene.lamps if lamp.state in states])
+def has_failed(scene: Scene) -> bool:
+    """Whether a lamp is red: an expectation's or that of the wires."""
+    return FAILED in _states(scene)
+
+
+def _states(scene: Scene) -> list[str]:
+    return [lamp.state for lamp in scene.lamps] + [lamp.state for lamp in scene.agree]
 
 
 def _golden(scene: Scene, width: int) -> list[Line]:
@@ -63,7 +98,7 @@ def _golden(scene: Scene, width: int) -> list[Line]:
 def _expectations(scene: Scene, width: int) -> list[Line]:
     if not scene.lamps:
         return [[(" expect  ", LABEL), ("none: a scenario brings them ([[expect]])", LABEL)]]
-    lines = [_counts(scene)]
+    lines = [_counts("expect", [lamp.state for lamp in scene.lamps])]
     for lamp in scene.lamps:
         lines.append(
             fit([(" ", PLAIN), _SIGNS[lamp.state], (f" {_margin(lamp):28}", PLAIN), (lamp.name, PLAIN)], width)
@@ -78,10 +113,45 @@ def _margin(lamp: Standing) -> str:
     return f"{abs(lamp.margin):.4g} {'missing' if lamp.margin < 0.0 else 'to spare'}{at}"
 
 
-def _counts(scene: Scene) -> Line:
-    failed, waits = count_of(scene, FAILED), count_of(scene, NOT_YET, UNTESTED)
-    good = len(scene.lamps) - failed - waits
-    line: Line = [(" expect  ", LABEL), (f"✓ {good}", GOOD), (f"  … {waits}", WARN if waits else LABEL), ("  ", PLAIN)]
+def _agree(scene: Scene, width: int, failed: int, quiet: int) -> Iterator[Line]:
+    """What the wires say of each other: a lamp a check, with the worst that it saw, or what it found."""
+    if not scene.agree:
+        why = "not judged while it runs; its recording is: wheelbench check DIR"
+        yield fit([(" agree   ", LABEL), (why, LABEL)], width)
+        return
+    said = "wire held against wire"
+    if scene.pace.behind_ticks:
+        said = "as they stand at the newest instant"
+    elif scene.agree_since_tick:
+        said = f"since {scene.agree_since_tick / 1000:.3f} s, where it was driven on"
+    yield fit([*_counts("agree", [lamp.state for lamp in scene.agree]), (f"   {said}", LABEL)], width)
+    for lamp in scene.agree:
+        yield from _wire_lamp(lamp, width, failed if lamp.state == FAILED else quiet)
+
+
+def _wire_lamp(lamp: WireLamp, width: int, most: int) -> Iterator[Line]:
+    """The reason begins beside the name and goes on below it; one that is too long for its room gives way to less."""
+    sign, role = _SIGNS[lamp.state]
+    beside = 1 + len(sign) + 1 + _NAME_WIDTH
+    below = beside if lamp.state != FAILED else 1 + len(sign) + 1  # what failed has much to say
+    parts: list[str] = []
+    for reason in lamp.reasons:
+        ahead = " " * ((0 if parts else beside) - below)
+        parts += textwrap.wrap(reason, max(12, width - below - 1), initial_indent=ahead)
+    if len(parts) > most and lamp.short:
+        parts = [lamp.short]
+    elif len(parts) > most:
+        parts = [*parts[: most - 1], " ".join(parts[most - 1 :])]  # is cut where the line ends
+    head: Line = [(" ", PLAIN), (sign, role), (f" {lamp.name:{_NAME_WIDTH}}", PLAIN)]
+    yield fit([*head, (parts[0].lstrip() if parts else "", PLAIN)], width)
+    for part in parts[1:]:
+        yield fit([(" " * below, PLAIN), (part, PLAIN)], width)
+
+
+def _counts(name: str, states: list[str]) -> Line:
+    failed, waits = states.count(FAILED), states.count(NOT_YET) + states.count(UNTESTED)
+    good = states.count(PASSED) + states.count(HOLDS)
+    line: Line = [(f" {name:8}", LABEL), (f"✓ {good}", GOOD), (f"  … {waits}", WARN if waits else LABEL), ("  ", PLAIN)]
     return [*line, (f" ✗ {failed} FAILED ", BAD_BADGE) if failed else ("✗ 0", LABEL)]
 
 

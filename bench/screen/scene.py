@@ -14,6 +14,7 @@ from bench.io.tap import Seen
 from bench.messages import Snapshot
 from bench.screen.dialog import Shown as Dialog
 from bench.screen.layout import DRIVE
+from bench.screen.wire_lamps import WireLamp
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +105,10 @@ class Scene:
     """What was sampled of wires and signals, as far as the page shows it."""
     lamps: Sequence[Standing] = ()
     """How the expectations of a scenario stand."""
+    agree: Sequence[WireLamp] = ()
+    """What the wires say of each other; empty where they are not checked while they run."""
+    agree_since_tick: int = 0
+    """From where on they are checked: after a fork from there."""
     slips: Sequence[tuple[float, float]] = ()
     """Where the robot's wheels slid over the floor, of late."""
     help: bool = False

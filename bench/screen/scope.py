@@ -23,6 +23,7 @@ from bench.screen.text import (
     both_ends,
     fit,
 )
+from bench.screen.wiretable import building
 
 GUTTER = 9
 """Columns at the left for the scale."""
@@ -79,6 +80,8 @@ def _head(scene: Scene, picture: ScopePicture, width: int) -> list[Line]:
     line: Line = [(" ", PLAIN), (f" {_STATES[picture.state]} ", role), (trigger, PLAIN)]
     if scene.shown.held:
         line = [(" ", PLAIN), (" HELD ", WARN_BADGE), (" h lets go", WARN), *line]
+    elif scene.seen.building is not None:
+        line = building(scene)
     keys: Line = [
         ("V", KEY),
         (" signals ", LABEL),

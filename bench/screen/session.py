@@ -22,6 +22,7 @@ from bench.screen.settings import SettingsFile
 from bench.screen.sight import sight_of
 from bench.screen.stage import Stage
 from bench.screen.tape import Tape
+from bench.screen.wire_lamps import WireLamps
 from bench.screen.working import Working
 
 NOTICE_FRAMES = 50
@@ -48,6 +49,7 @@ class Session:
         job: Run | None = None,
         lamp: GoldenLamp | None = None,
         summary: Summary | None = None,
+        agree: WireLamps | None = None,
         recording: str = "",
         tape: Tape | None = None,
         settings: SettingsFile | None = None,
@@ -61,6 +63,7 @@ class Session:
         self.job = job
         self._lamp = lamp
         self._summary = summary
+        self._agree = agree
         self._recording = recording
         self.sight = sight_of(link.bench.robot, link.bench.state_columns)
         self._help = False
@@ -85,6 +88,8 @@ class Session:
         if self.keyboard is not None and not self.over:
             self.say(self.keyboard.look(self.link.now_tick, self.link.latest().armed, self.link.paused))
         self._advance()
+        if self._agree is not None:
+            self.say(self._agree.news())
         self.working.frame()
         if self._notice_frames:
             self._notice_frames -= 1
@@ -208,7 +213,7 @@ class Session:
         self.keyboard = keyboard
         self._result = ()
         self._recording = ""
-        self._lamp = self._summary = None
+        self._lamp = self._summary = self._agree = None
         self.unmet = False
         if stage is None:
             return
@@ -217,6 +222,7 @@ class Session:
             self.sight = sight_of(bench.robot, bench.state_columns)
             self.sight.size = size
         self.link, self.job, self._lamp, self._summary = stage.link, stage.job, stage.lamp, stage.summary
+        self._agree = stage.agree
 
     # --- what goes out -------------------------------------------------------------------------------------------
 
@@ -241,6 +247,8 @@ class Session:
             shown=self.sight.shown,
             seen=self.sight.see(link.look(self.sight.look)),
             lamps=self.job.judge.standings() if self.job is not None and self.job.judge is not None else (),
+            agree=self._agree.lamps if self._agree is not None else (),
+            agree_since_tick=self._agree.since_tick if self._agree is not None else 0,
             pace=Pace(pacer.rate, pacer.speed, pacer.late_ticks, pacer.slipped_ticks, link.paused, behind),
             arena=plant.arena or FIELD,
             discs=plant.discs,

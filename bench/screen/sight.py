@@ -65,6 +65,8 @@ class Sight:
         """What to show of what was sampled: the same as before where it is held."""
         if self._page in self._held:
             return self._held[self._page]
+        if seen.building is not None:  # what was shown stays until all of the other instant is there
+            return self._seen._replace(building=seen.building)
         self._seen = seen
         return seen
 

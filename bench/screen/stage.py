@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bench.arena import Arena
+from bench.check.crosswire import CrossWire
 from bench.check.reading import Recording
 from bench.check.run import Run, bench_in, info_of
 from bench.check.summary import Summary
@@ -14,6 +15,7 @@ from bench.io.link import InlineLink, Taker
 from bench.io.process_link import ProcessLink
 from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
+from bench.screen.wire_lamps import WireLamps
 from bench.world import RecordedMotors
 
 
@@ -26,11 +28,16 @@ class Stage:
     keyboard: Keyboard | None = None
     lamp: GoldenLamp | None = None
     summary: Summary | None = None
+    agree: WireLamps | None = None
 
 
 def to_drive(job: Run, keyboard: Keyboard, pacer: Pacer) -> Stage:
-    """A run that a person drives."""
-    return Stage(InlineLink(job.bench, keyboard.inputs, pacer, remembers=True), job, keyboard)
+    """A run that a person drives; its wires are checked as in any other."""
+    bench = job.bench
+    agree = WireLamps(CrossWire(bench.robot, bench.state_columns))
+    link = InlineLink(bench, keyboard.inputs, pacer, takers=[agree], remembers=True)
+    link.witness = agree.touched
+    return Stage(link, job, keyboard, agree=agree)
 
 
 def to_drive_robot(robot: Robot, arena: Arena, pacer: Pacer) -> Stage:
@@ -45,9 +52,11 @@ def to_show(run: Run, golden: Recording | None, pacer: Pacer) -> Stage:
     golden = golden or run.source
     lamp = GoldenLamp(golden) if golden is not None else None
     summary = Summary(len(run.bench.robot.wheels))
-    judges = (summary, lamp, run.checks, run.judge)
+    agree = WireLamps(run.checks) if run.checks is not None else None
+    judges = (summary, lamp, agree, run.judge)
     takers: list[Taker] = [taker for taker in judges if taker is not None]
     motors = run.bench.world.motors
     shared = [motors.recorded] if isinstance(motors, RecordedMotors) else []
     link = InlineLink(run.bench, run.inputs, pacer, takers=takers, ticks=run.ticks, remembers=True, shared=shared)
-    return Stage(link, run, None, lamp, summary)
+    link.witness = agree.touched if agree is not None else None
+    return Stage(link, run, None, lamp, summary, agree)

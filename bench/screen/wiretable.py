@@ -72,7 +72,16 @@ def _head(scene: Scene, wide: bool) -> Line:
         line.append((words, LABEL))
     if shown.held:
         line = [(" HELD ", WARN_BADGE), (f" at {_at(scene.seen.wires)}, h lets go ", WARN), *line]
+    elif scene.seen.building is not None:
+        line = building(scene)
     return line
+
+
+def building(scene: Scene) -> Line:
+    """What is shown is not of the instant in the title: its ticks are being run again."""
+    assert scene.seen.building is not None
+    words = f" BUILDING {scene.snapshot.tick / 1000:.3f} s AGAIN {100 * scene.seen.building:3.0f} % "
+    return [(" ", PLAIN), (words, WARN_BADGE), (" below is what was shown before", WARN)]
 
 
 def _at(table: WireTable | None) -> str:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bench.arena import FIELD
+from bench.check.crosswire import CrossWire
 from bench.check.recording import RecordingError
 from bench.check.run import Run
 from bench.errors import BenchError
@@ -31,6 +32,7 @@ from bench.screen.palette import ACTIONS, HINT
 from bench.screen.settings import SettingsFile
 from bench.screen.stage import Stage
 from bench.screen.tape import SLICE_TICKS, Tape, next_directory
+from bench.screen.wire_lamps import LEAD_TICKS, WireLamps
 from bench.world import RecordedMotors
 
 if TYPE_CHECKING:
@@ -190,7 +192,7 @@ class Working:
             return "P stands still, ← → , . go back; then G drives on from there"
         if session.keyboard is not None and not link.looks_back:
             return "this is the newest instant: P goes on from here"
-        if link.history is None or link.history.why_blind:
+        if not isinstance(link, InlineLink) or link.history is None or link.history.why_blind:
             return "this run cannot be taken back"
         if isinstance(link.bench.world.motors, RecordedMotors):
             return "its motors are a recording's; open it without --can recorded to drive on"
@@ -201,13 +203,15 @@ class Working:
             keyboard = self._take_the_sticks()
         keyboard.start_over()
         link.fork(keyboard.inputs)
-        link.takers = []
+        link.takers, link.witness = [], None
         if link.bench.world.core is None:
             link.join(CoreJoins())
         link.take_touches()
         self._faults = [(tick, text) for tick, text in self._faults if tick < link.now_tick]
         if session.job is not None:
-            session.restage(Stage(link, _by_hand(session.job), keyboard), keyboard)
+            agree = _judge_from_here(link)
+            link.takers, link.witness = [agree], agree.touched
+            session.restage(Stage(link, _by_hand(session.job), keyboard, agree=agree), keyboard)
         else:
             session.restage(None, keyboard)
         said = self._record() if recorded else ""
@@ -398,6 +402,13 @@ class Working:
         said = settings.save()
         if said:
             self.told.append(said)
+
+
+def _judge_from_here(link: InlineLink) -> WireLamps:
+    """The checks of the wires for what comes: what they have seen of the run is no more."""
+    bench, now = link.bench, link.now_tick
+    lead = link.between(max(0, now - LEAD_TICKS), now)
+    return WireLamps(CrossWire(bench.robot, bench.state_columns), now, lead)
 
 
 def _by_hand(job: Run) -> Run:

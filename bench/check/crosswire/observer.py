@@ -37,6 +37,11 @@ class CrossWire:
         self._runs_rest = checks.rest_current.state != OFF and truth
         self._runs_bus = checks.bus.state != OFF
 
+    def join(self, lead: Sequence[TickOutput]) -> None:
+        """Follow a run from the tick after these on: they only tell who has asked what until then."""
+        for start in range(0, len(lead), BLOCK_TICKS):
+            self._ledger.take(Block(lead[start : start + BLOCK_TICKS]))
+
     def add(self, out: TickOutput) -> None:
         """The next tick."""
         self._block.append(out)
@@ -63,6 +68,10 @@ class CrossWire:
         """At the end of the run, in the order of the settings."""
         if self._block:
             self._look()
+        return self.so_far()
+
+    def so_far(self) -> list[Outcome]:
+        """The same while the run goes on: as of its last whole block."""
         found = [self._motion.outcome(), self._rest.outcome(), self._answers.outcome(), self._bus.outcome()]
         return [
             replace(one, findings=() if one.state == OFF else tuple(map(self._with_faults, one.findings)))
