@@ -158,14 +158,12 @@ AGREE = (
         ),
     ),
     WireLamp("current at rest", "untested", ("never stood long enough to be judged",)),
-    WireLamp(
-        "answers", "holds", ("231 requests, 231 answers, the slowest after 1 of 200 ms",), "0% of what is allowed"
-    ),
+    WireLamp("answers", "holds", ("231 requests, 231 answers, the slowest after 1 of 200 ms",), "0% of the limit"),
     WireLamp(
         "ids, rates, bus time",
         "holds",
         ("busiest 100 ms: CAN 53%, requests to the base 3%, answers of the base 4%, RC bytes (uart12) 12%",),
-        "53% of what is allowed",
+        "53% of the limit",
     ),
 )
 SCENE = Scene(

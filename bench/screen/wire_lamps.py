@@ -92,4 +92,4 @@ def _lamp(one: Outcome, ended: bool) -> WireLamp:
         return WireLamp(name, FAILED if ended else NOT_YET, ("the scenario expects it to fail, and it has not",))
     if not one.judged:
         return WireLamp(name, UNTESTED, (one.measured,))
-    return WireLamp(name, PASSED if ended else HOLDS, (one.measured,), f"{one.used:.0%} of what is allowed")
+    return WireLamp(name, PASSED if ended else HOLDS, (one.measured,), f"{one.used:.0%} of the limit")
