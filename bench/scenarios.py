@@ -66,11 +66,15 @@ def run_many(scenarios: Iterable[Mapping[str, Any]], *, jobs: int = 2) -> Iterat
     """
     if jobs < 1:
         raise UsageError(f"jobs: expected 1 or more, got {jobs}")
-    return each(_result, list(scenarios), jobs)
+    return each(_result, list(scenarios), jobs, _failed)
 
 
 def _result(keys: Mapping[str, Any], _tell: Tell) -> Result:
     try:
         return run(**keys)
     except BenchError as error:
-        return Result("", str(keys.get("name", "scenario")), error=str(error))
+        return _failed(keys, str(error))
+
+
+def _failed(keys: Mapping[str, Any], why: str) -> Result:
+    return Result("", str(keys.get("name", "scenario")), error=why)

@@ -89,6 +89,18 @@ def test_the_verb_names_what_is_red_to_people_and_machines(capsys):
     assert [cell["verdict"] for cell in cells] == [GREEN, RED, RED, RED, RED]
 
 
+def test_a_controller_that_ends_its_process_is_red_in_every_phase(tmp_path, capsys):
+    (tmp_path / "ends.py").write_text(
+        "import os\nfrom bench.base import Base\nclass Ends(Base):\n    def step(self, *given):\n        os._exit(5)\n"
+    )
+    given = ["--controller", f"{tmp_path / 'ends.py'}:Ends", "--only", "ESC silent", "--jobs", "2"]
+    assert main(["failsafe", *given]) == 1
+    said = capsys.readouterr().out
+    assert "every ESC silent  RED failed  RED failed  RED failed  RED failed  RED failed" in said
+    assert "its process ended with status 5 before the run was over" in said
+    assert "0 of 10 cells as their rules say" in said
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [

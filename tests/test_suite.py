@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import multiprocessing
 import os
 import pty
 import re
@@ -16,6 +17,7 @@ import pytest
 
 from bench.__main__ import main
 from bench.check.reading import Recording
+from bench.check.suite import run_scenarios
 from bench.cli.progress import progress_line
 
 ROOT = Path(__file__).parents[1]
@@ -161,6 +163,50 @@ def test_the_line_of_progress_says_how_many_how_far_and_how_long():
 
 
 LONG = GOOD.replace("seconds = 0.3", "seconds = 600.0")
+
+
+def test_a_run_whose_process_is_killed_is_a_failure_and_the_others_go_on(tmp_path):
+    texts = {"long": LONG, "good": GOOD, "also": GOOD, "last": GOOD}
+    for name, text in texts.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    killed = []
+
+    def watch(shares):
+        if not killed and shares[0] > 0.0 and all(share == 1.0 for share in shares[1:]):
+            [worker] = multiprocessing.active_children()  # who has nothing left to do has gone
+            os.kill(worker.pid, signal.SIGKILL)
+            killed.append(worker.pid)
+        return False
+
+    results = list(run_scenarios([tmp_path / f"{name}.toml" for name in texts], jobs=2, watch=watch))
+    assert killed
+    assert [(result.name, result.ok) for result in results] == [("long", False)] + [("stands <well>", True)] * 3
+    assert results[0].reasons == [
+        "its process ended by signal 9 (Killed) before the run was over; run it again, alone where memory is short"
+    ]
+    assert not multiprocessing.active_children()
+
+
+DIES = """
+import os, signal
+from bench.base import Base
+
+class Dies(Base):
+    def step(self, tick, rc_bytes, slamware_bytes, can_in):
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_who_kills_its_own_process_is_told_by_the_verb_and_another_takes_its_place(tmp_path, capsys):
+    (tmp_path / "dies.py").write_text(DIES)
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.toml").write_text(GOOD.replace("seconds", 'controller = "dies.py:Dies"\nseconds', 1))
+    (tmp_path / "good.toml").write_text(GOOD)
+    files = [str(tmp_path / f"{name}.toml") for name in ("a", "b", "good")]
+    assert main(["replay", *files, "--jobs", "2"]) == 1
+    said = capsys.readouterr().out
+    assert said.count("its process ended by signal 9 (Killed)") == 2
+    assert "ok      stands <well>\n1 of 3 scenarios as expected" in said
 
 
 def wait_for(what, process):

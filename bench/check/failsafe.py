@@ -336,5 +336,14 @@ def run_row(robot: Robot, number: int, controller: str | None = None, raises: bo
         except ControllerFailed as error:
             if raises:
                 raise
-            cells.append(Cell(loss.name, phase, RED, (str(error),), None, 0.0, 0.0, failed=True))
+            cells.append(_failed(loss, phase, str(error)))
     return cells
+
+
+def failed_row(loss: Loss, why: str) -> list[Cell]:
+    """Every phase of a loss, where the process in which the controller ran has died."""
+    return [_failed(loss, phase, why) for phase in PHASES]
+
+
+def _failed(loss: Loss, phase: str, why: str) -> Cell:
+    return Cell(loss.name, phase, RED, (why,), None, 0.0, 0.0, failed=True)

@@ -118,7 +118,11 @@ def run_scenarios(
     """All of them, so many at a time; the results come in the order of the paths. `watch` sees how far each is, and may
     end them all.
     """
-    yield from each(partial(run_scenario, record=record, overwrite=overwrite), paths, jobs, watch)
+    yield from each(partial(run_scenario, record=record, overwrite=overwrite), paths, jobs, _lost, watch)
+
+
+def _lost(path: Path, why: str) -> Result:
+    return Result(str(path), path.stem, error=why)
 
 
 def junit_xml(results: Sequence[Result]) -> str:

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.json:
         print(_header(robot, args.controller))
     matrix = []
-    for number, cells in zip(numbers, _rows(robot, numbers, args), strict=True):
+    for number, cells in zip(numbers, _rows(robot, rows, numbers, args), strict=True):
         matrix.append((rows[number], cells))
         if args.json:
             for cell in cells:
@@ -83,16 +83,22 @@ def _robot(args: argparse.Namespace) -> Robot:
     return replace(robot, rc=replace(robot.rc, frozen_ms=args.frozen_ms))
 
 
-def _rows(robot: Robot, numbers: Sequence[int], args: argparse.Namespace) -> Iterator[list[Cell]]:
+def _rows(
+    robot: Robot, losses: Sequence[Loss], numbers: Sequence[int], args: argparse.Namespace
+) -> Iterator[list[Cell]]:
     """Row by row in order, several at a time. To show a traceback, all of it happens here, and ends with the first
     error.
     """
     from functools import partial
 
     from bench.check.crowd import each
+    from bench.check.failsafe import failed_row
+
+    def lost(number: int, why: str) -> list[Cell]:
+        return failed_row(losses[number], why)
 
     jobs = 1 if args.traceback else args.jobs
-    return each(partial(_row, robot, args.controller, args.traceback), numbers, jobs)
+    return each(partial(_row, robot, args.controller, args.traceback), numbers, jobs, lost)
 
 
 def _row(robot: Robot, controller: str | None, raises: bool, number: int, _tell: Tell) -> list[Cell]:
