@@ -20,7 +20,7 @@ ONLY_IN = {
     "can": ("io/ports.py", "io/bus_port.py", "cli/canlog.py"),
     "time": ("io/clock.py",),
     "datetime": (),
-    "random": ("check/faulty.py",),  # a seeded generator for each fault
+    "random": ("check/faulty/",),  # a seeded generator for each fault
     "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
     "signal": ("cli/headless.py", "tui.py", "io/process_link.py", "check/crowd.py"),
     "asyncio": ("screen/web.py",),  # whose turn it is, among pages; nothing of the bench
