@@ -256,7 +256,7 @@ def test_without_evdev_there_is_a_sentence_with_what_to_install():
 
 @pytest.mark.skipif(not Path("/dev/uinput").exists(), reason="no /dev/uinput: this kernel makes no input devices")
 def test_a_real_event_device_through_evdev():
-    evdev = pytest.importorskip("evdev")
+    evdev = pytest.importorskip("evdev", reason="evdev (the extra `gamepad`) is not installed: it needs a C compiler")
     codes = evdev.ecodes
     info = evdev.AbsInfo(0, -32768, 32767, 0, 0, 0)
     abilities = {codes.EV_ABS: [(code, info) for code in (0, 1, 3, 4)], codes.EV_KEY: [codes.BTN_A, codes.BTN_START]}

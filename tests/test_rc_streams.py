@@ -12,15 +12,25 @@ from bench.messages import RcFrame, RcNoise
 OURS = {name: name for name in rc_decode.PROTOCOLS} | {"sbus2": "sbus"}
 
 CONSTRUCTED = sorted(path.stem for path in KNOWN_RC.glob("*.bin") if not path.stem.startswith("vectors"))
-RECORDED = ["crsf-tbs-1", "sbus2-futaba-r7008sb-1"]
+RECORDED_WITH_TIMES = ["sbus2-futaba-r7008sb-1"]
+RECORDED = ["crsf-tbs-1", *RECORDED_WITH_TIMES]  # of the first, only the sizes of its reads are known
 FOREIGN = ["foreign-dsmx-1", "foreign-ghst-1", "foreign-sumd-1"]
+
+
+def requested(request):
+    if request.param in RECORDED:
+        return read_stream(request.getfixturevalue("captures") / "rc" / request.param)
+    return read_stream(KNOWN_RC / request.param)
 
 
 @pytest.fixture(params=CONSTRUCTED + RECORDED)
 def stream(request):
-    if request.param in RECORDED:
-        return read_stream(request.getfixturevalue("captures") / "rc" / request.param)
-    return read_stream(KNOWN_RC / request.param)
+    return requested(request)
+
+
+@pytest.fixture(params=CONSTRUCTED + RECORDED_WITH_TIMES)
+def timed_stream(request):
+    return requested(request)
 
 
 def make(stream, **options):
@@ -42,9 +52,8 @@ def test_without_times_every_listed_frame_is_seen_and_no_other(stream):
     streams.check_partition(events, len(stream.data))
 
 
-def test_with_a_time_for_each_byte_every_listed_frame_is_seen_and_no_other(stream):
-    if stream.times_us is None:
-        pytest.skip("this recording has no byte times")
+def test_with_a_time_for_each_byte_every_listed_frame_is_seen_and_no_other(timed_stream):
+    stream = timed_stream
     data, times_us = stream.data, stream.times_us
     decoder = make(stream)
     events = decoder.feed(data, times_us) + decoder.finish()
@@ -62,14 +71,12 @@ def test_with_a_time_for_each_byte_every_listed_frame_is_seen_and_no_other(strea
     assert by_chunk + decoder.finish() == events
 
 
-def test_in_ticks_of_a_millisecond_every_listed_frame_is_seen_and_no_other(stream):
+def test_in_ticks_of_a_millisecond_every_listed_frame_is_seen_and_no_other(timed_stream):
     """As the bench feeds it: nothing is left for the end, because silence speaks."""
-    if stream.times_us is None:
-        pytest.skip("this recording has no byte times")
-    decoder = make(stream, pause_us=2000)
-    events = streams.feed_ticks(decoder, stream.data, stream.times_us)
-    check_truth(stream, events)
-    streams.check_partition(events, len(stream.data))
+    decoder = make(timed_stream, pause_us=2000)
+    events = streams.feed_ticks(decoder, timed_stream.data, timed_stream.times_us)
+    check_truth(timed_stream, events)
+    streams.check_partition(events, len(timed_stream.data))
     assert not decoder.pending
 
 
