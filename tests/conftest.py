@@ -1,4 +1,4 @@
-"""What every test shares: one Hypothesis profile, and where the recordings of other projects lie."""
+"""What every test shares: one Hypothesis profile, the command, and where the recordings of other projects lie."""
 
 import atexit
 import os
@@ -25,3 +25,20 @@ def captures() -> Path:
     if not folder:
         pytest.skip("WHEELBENCH_CAPTURES is not set: recordings of other projects are not part of this repository")
     return Path(folder)
+
+
+@pytest.fixture
+def call(capsys):
+    """Run the command in this process: (exit status, stdout, stderr)."""
+    from bench.__main__ import main
+
+    def run(*arguments):
+        try:
+            status = main([str(argument) for argument in arguments])
+        except SystemExit as ended:
+            status = ended.code
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return status, out, err
+
+    return run

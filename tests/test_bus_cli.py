@@ -6,23 +6,7 @@ from pathlib import Path
 import cantools
 import pytest
 
-from bench.__main__ import main
-
 KNOWN = Path(__file__).parents[1] / "fixtures" / "known" / "can"
-
-
-@pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        try:
-            status = main([str(argument) for argument in arguments])
-        except SystemExit as ended:
-            status = ended.code
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return status, out, err
-
-    return run
 
 
 def test_the_default_robot(call):

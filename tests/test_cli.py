@@ -18,22 +18,6 @@ DEMO = ROOT / "bench" / "demo" / "demo.toml"
 DRIVE = ROOT / "bench" / "demo" / "drive.bin"
 
 
-@pytest.fixture
-def call(capsys):
-    """Run the command in this process: (exit status, stdout, stderr)."""
-
-    def run(*arguments):
-        try:
-            status = main([str(argument) for argument in arguments])
-        except SystemExit as ended:
-            status = ended.code
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return status, out, err
-
-    return run
-
-
 def short_scenario(tmp_path, text="", seconds=0.3):
     path = tmp_path / "short.toml"
     path.write_text(f'schema = 1\nname = "short"\nseconds = {seconds}\n{text}')

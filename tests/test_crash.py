@@ -102,19 +102,24 @@ def test_kill_9_in_the_middle_of_a_run_loses_nothing_that_was_flushed(tmp_path, 
     can_be_worked_with(capsys, tmp_path / "run", whole, ticks)
 
 
-def test_a_quota_ends_the_run_with_one_sentence_and_keeps_what_there_is(tmp_path, whole, capsys):
+def recorded_under_a_quota(tmp_path, most_bytes):
+    """A run of four seconds that may write no file longer than this, which ends it."""
     (tmp_path / "long.toml").write_text(LONG.format(seconds=4.0))
     script = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (90_000, 90_000));"
+        f"import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, ({most_bytes}, {most_bytes}));"
         "from bench.__main__ import main; sys.exit(main(sys.argv[1:]))"
     )
-    done = subprocess.run(
+    return subprocess.run(
         [sys.executable, "-c", script, "replay", tmp_path / "long.toml", "--record", tmp_path / "run"],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,
     )
+
+
+def test_a_quota_ends_the_run_with_one_sentence_and_keeps_what_there_is(tmp_path, whole, capsys):
+    done = recorded_under_a_quota(tmp_path, 90_000)
     assert done.returncode == 3
     assert done.stderr == (
         f"wheelbench replay: {tmp_path / 'run' / 'can.log'}: cannot be written (File too large); "
@@ -150,18 +155,7 @@ def test_a_full_disk_ends_the_run_with_one_sentence_and_keeps_what_there_is(tmp_
 
 
 def test_a_disk_that_is_full_before_the_first_tick_is_one_sentence_too(tmp_path, capsys):
-    (tmp_path / "long.toml").write_text(LONG.format(seconds=4.0))
-    script = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100));"
-        "from bench.__main__ import main; sys.exit(main(sys.argv[1:]))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script, "replay", tmp_path / "long.toml", "--record", tmp_path / "run"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = recorded_under_a_quota(tmp_path, 100)
     assert done.returncode == 3
     assert done.stderr.count("\n") == 1
     assert "cannot be written (File too large)" in done.stderr

@@ -8,22 +8,9 @@ from collections import Counter
 import pytest
 from streams import KNOWN_RC
 
-from bench.__main__ import main
-
 CAPTURES = sorted(path for path in KNOWN_RC.glob("*.bin"))
 RECORDED = ("crsf-tbs-1", "sbus2-futaba-r7008sb-1")
 OURS = {"sbus2": "sbus"}
-
-
-@pytest.fixture
-def call(capsys):
-    """Run the command in this process: (exit status, stdout, stderr)."""
-
-    def run(*arguments):
-        status = main([str(argument) for argument in arguments])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture(params=[path.stem for path in CAPTURES] + list(RECORDED))

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from bench.__main__ import main
 from bench.config import load_robot
 from bench.errors import SurroundingsError
 from bench.io import surroundings, timing
@@ -19,17 +18,6 @@ from bench.io.clock import REAL_TIME, Lateness
 ROOT = Path(__file__).parents[1]
 M2006 = load_robot("m2006")
 NEEDS_COMPILER = pytest.mark.skipif(timing.compiler_here() is None, reason="there is no C compiler here")
-
-
-@pytest.fixture
-def call(capsys):
-    """Run the command in this process: (exit status, stdout, stderr)."""
-
-    def run(*arguments):
-        status = main([str(argument) for argument in arguments])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 def test_it_looks_at_everything_and_says_what_to_try(call):

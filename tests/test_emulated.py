@@ -13,7 +13,6 @@ import can
 import pytest
 import serial
 
-from bench.__main__ import main
 from bench.config import load_profile, load_robot
 from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
@@ -404,17 +403,6 @@ def test_devices_are_stepped_once_a_millisecond():
     assert now_ns() - started >= 99_000_000
     assert ticks == list(range(len(ticks)))
     assert closed == [True]
-
-
-@pytest.fixture
-def call(capsys):
-    """Run the command in this process: (exit status, stdout, stderr)."""
-
-    def run(*arguments):
-        status = main([str(argument) for argument in arguments])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 def wheelbench(*arguments):

@@ -198,7 +198,7 @@ def test_events_cut_in_two_are_whole(pad):
     node.close()
 
 
-LAYOUT = GamepadMap("x", "", 0.2, PadAxis(1, True), PadAxis(0), PadAxis(2), arm=0, stop=1, hold=5)
+LAYOUT = GamepadMap("x", PadAxis(1, True), PadAxis(0), PadAxis(2), arm=0, stop=1, hold=5, dead_band=0.2)
 
 
 def test_dead_band_and_hold_button():

@@ -4,6 +4,7 @@ import math
 import random
 
 import pytest
+from damage import add_a_byte, drop_a_byte, flip_one_bit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from slamware_vendor import frame
@@ -295,23 +296,6 @@ def test_the_robot_stops_when_the_core_falls_silent():
     line.to_base = lambda data: data
     line.run(2000)
     assert line.robot.x_m > stopped_at
-
-
-def flip_one_bit(data, rng):
-    bad = bytearray(data)
-    bit = rng.randrange(8 * len(bad))
-    bad[bit // 8] ^= 1 << bit % 8
-    return bytes(bad)
-
-
-def drop_a_byte(data, rng):
-    at = rng.randrange(len(data))
-    return data[:at] + data[at + 1 :]
-
-
-def add_a_byte(data, rng):
-    at = rng.randrange(len(data) + 1)
-    return data[:at] + bytes((rng.randrange(256),)) + data[at:]
 
 
 def stray_byte_in_front(data, rng):

@@ -5,6 +5,7 @@ import random
 from itertools import pairwise
 
 import pytest
+from damage import add_a_byte, drop_a_byte, flip_one_bit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -144,23 +145,6 @@ def reference_identity():
 
 
 # --- damage from a named seed ------------------------------------------------------------------------------------
-
-
-def flip_one_bit(data, rng):
-    bad = bytearray(data)
-    bit = rng.randrange(8 * len(bad))
-    bad[bit // 8] ^= 1 << bit % 8
-    return bytes(bad)
-
-
-def drop_a_byte(data, rng):
-    at = rng.randrange(len(data))
-    return data[:at] + data[at + 1 :]
-
-
-def add_a_byte(data, rng):
-    at = rng.randrange(len(data) + 1)
-    return data[:at] + bytes((rng.randrange(256),)) + data[at:]
 
 
 def cut_it(data, rng):

@@ -33,7 +33,7 @@ from bench.messages import TickInput, TickOutput
 from bench.noise import SILENT, Noise
 from bench.plant import Plant
 from bench.rc.capture import Capture, by_tick, load_capture
-from bench.rc.transmitter import AT_REST, Transmitter
+from bench.rc.transmitter import sent_by_tick
 from bench.world import RecordedMotors, SimulatedMotors
 
 TAIL_TICKS = 1000
@@ -355,14 +355,7 @@ def _rc_of_sticks(scenario: Scenario, robot: Robot) -> dict[int, bytes]:
     """What the robot's transmitter sends while a driver holds the sticks as the scenario says."""
     if robot.rc is None:
         raise UsageError(f"{scenario.path}: stick: {robot.name} takes no RC; drive it with [[core]], or give a profile")
-    transmitter, sticks = Transmitter(robot.rc), AT_REST
-    changes, sent = dict(scenario.sticks), {}
-    for tick in range(scenario.ticks):
-        sticks = changes.get(tick, sticks)
-        frame = transmitter.step(tick, sticks)
-        if frame:
-            sent[tick] = frame
-    return sent
+    return sent_by_tick(robot.rc, scenario.sticks, scenario.ticks)
 
 
 def _scenario_inputs(scenario: Scenario, rc: dict[int, bytes]) -> Callable[[int], TickInput]:

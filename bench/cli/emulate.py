@@ -279,22 +279,15 @@ def _frames(source: Path | None, profile: Profile) -> dict[int, bytes]:
     from bench.errors import UsageError
     from bench.rc.capture import by_tick, load_capture
     from bench.rc.retransmit import retransmitted
-    from bench.rc.transmitter import AT_REST, Transmitter
+    from bench.rc.transmitter import sent_by_tick
 
-    transmitter, sticks = Transmitter(profile), AT_REST
     if source is None:
-        return {0: transmitter.step(0, sticks)}
+        return sent_by_tick(profile, (), 1)
     read_by, path = None, source
     if source.suffix == ".toml":
         scenario = load_scenario(source)
         if scenario.rc is None:
-            changes, sent = dict(scenario.sticks), {}
-            for tick in range(scenario.ticks):
-                sticks = changes.get(tick, sticks)
-                frame = transmitter.step(tick, sticks)
-                if frame:
-                    sent[tick] = frame
-            return sent
+            return sent_by_tick(profile, scenario.sticks, scenario.ticks)
         path = scenario.rc
         read_by = load_robot(scenario.robot, scenario.profile).rc
     capture = load_capture(path)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bench.config.checks import check_profile, check_robot
+from bench.config.named import named_file, names_in
 from bench.config.table import ConfigError, Table, nearest, read_toml
 from bench.config.values import (
     CONTROL_KINDS,
@@ -37,22 +38,22 @@ MOST_WHEELS = 8
 
 def robot_names() -> list[str]:
     """Names of the robots that come with wheelbench."""
-    return sorted(path.stem for path in ROBOTS_DIR.glob("*.toml"))
+    return names_in(ROBOTS_DIR)
 
 
 def profile_names() -> list[str]:
     """Names of the transmitter profiles that come with wheelbench."""
-    return sorted(path.stem for path in PROFILES_DIR.glob("*.toml"))
+    return names_in(PROFILES_DIR)
 
 
 def robot_path(name_or_path: str | Path) -> Path:
     """The file of a robot, given as a name that `wheelbench robots` lists or as a path. Raises ConfigError."""
-    return _find(name_or_path, ROBOTS_DIR, robot_names(), "robot")
+    return named_file(name_or_path, ROBOTS_DIR, "robot")
 
 
 def profile_path(name_or_path: str | Path) -> Path:
     """The file of a transmitter profile, given by name or by path. Raises ConfigError."""
-    return _find(name_or_path, PROFILES_DIR, profile_names(), "profile")
+    return named_file(name_or_path, PROFILES_DIR, "profile")
 
 
 def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> Robot:
@@ -121,18 +122,6 @@ def load_profile(name_or_path: str | Path) -> Profile:
     profile = data.into(Profile, **sticks, **buttons, file=path)
     check_profile(path, profile)
     return profile
-
-
-def _find(name_or_path: str | Path, folder: Path, names: list[str], what: str) -> Path:
-    text = str(name_or_path)
-    if text in names:
-        return folder / f"{text}.toml"
-    path = Path(name_or_path)
-    if path.is_dir():
-        raise ConfigError(f"{path}: is a directory; a {what} is a .toml file, or one of: {', '.join(names)}")
-    if path.suffix == ".toml" or path.exists():
-        return path
-    raise ConfigError(f"no {what} is called {text!r}{nearest(text, names)} (or give the path of a .toml file)")
 
 
 def _beside(path: Path, name: str) -> str | Path:

@@ -60,7 +60,7 @@ def start(folder: Path, style: str | None = None) -> Started:
     if not found.sources:
         texts[STARTER] = _template("starter")
     else:
-        texts[PORT] = _template(chosen)
+        texts[PORT] = _template("superloop" if chosen == "superloop" else "board")
     texts[PROJECT] = project_toml(folder.resolve().name, found, chosen)
     for name in texts:
         if (folder / name).exists():

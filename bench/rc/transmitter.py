@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from bench import rc_decode
@@ -61,3 +62,15 @@ class Transmitter:
             return button.pressed_from
         low, high = self._limits[button.channel]
         return max(low, min(high, button.pressed_from + (1 if button.reversed else -1)))
+
+
+def sent_by_tick(profile: Profile, changes: Iterable[tuple[int, Sticks]], ticks: int) -> dict[int, bytes]:
+    """What leaves in each tick that has a frame, while a driver changes the sticks at these ticks."""
+    transmitter, sticks, at = Transmitter(profile), AT_REST, dict(changes)
+    sent = {}
+    for tick in range(ticks):
+        sticks = at.get(tick, sticks)
+        frame = transmitter.step(tick, sticks)
+        if frame:
+            sent[tick] = frame
+    return sent

@@ -1,7 +1,8 @@
 /* What your board's files do on the robot and the bench need not: clocks, pins, the set-up that a generator wrote.
  *
  * Each of these is taken only where no source of yours has one of that name. The HAL's own calls are the bench's:
- * wheelbench_hal.h lists them. What else the linker misses has its place here.
+ * wheelbench_hal.h lists them; so are a scheduler's, in FreeRTOS.h, task.h, queue.h, semphr.h and cmsis_os.h. What else
+ * the linker misses has its place here.
  */
 #include "wheelbench_hal.h"
 
