@@ -14,6 +14,7 @@ import pytest
 from bench.__main__ import main
 from bench.check.causes import causes
 from bench.check.reading import Recording
+from bench.scenarios import run
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
@@ -114,6 +115,30 @@ def test_the_sentence_says_wheel_wire_unit_and_time(sentence, golden, log, tmp_p
     first = found(changed, golden, tmp_path)[0]
     assert first.text == sentence
     assert first.is_sure
+
+
+def pushed(folder: Path, *sticks: float) -> Recording:
+    """The stick forward by so much, half a second each."""
+    steps = [{"at_s": 0.3 + 0.5 * number, "forward": forward} for number, forward in enumerate(sticks)]
+    run(name="stick", seconds=0.3 + 0.5 * len(sticks), stick=[{"at_s": 0.1, "aux1": True}, *steps], record=folder)
+    return Recording.open(folder)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        # uart12: 2048 - 2048 * 0.40 = 1228.8, 2048 - 2048 * 0.41 = 1208.3 (document 004)
+        ((0.40,), (0.41,), "is offset by -21 counts from 0.300 s on"),
+        ((0.40, 0.0), (0.41, 0.0), "is offset by -21 counts from 0.300 s to 0.790 s"),
+        ((0.40, -0.40), (0.41, -0.41), "is offset by -21 counts from 0.300 s to 0.699 s"),
+        ((0.40,), (-0.40,), "is reversed around 2048 counts from 0.300 s on"),
+        ((0.40, 0.0), (-0.40, 0.0), "is reversed around 2048 counts from 0.300 s to 0.790 s"),
+        ((0.40, -0.30), (-0.40, 0.30), "is reversed around 2048 counts from 0.300 s on"),
+    ],
+)
+def test_a_stick_is_reversed_only_around_its_middle(before, after, says, tmp_path):
+    first = causes(pushed(tmp_path / "run", *after), pushed(tmp_path / "golden", *before))[0]
+    assert first.text == f"RC channel 2 {says}"
 
 
 def test_nothing_differs_nothing_is_named(golden, log, tmp_path):

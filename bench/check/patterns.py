@@ -23,6 +23,8 @@ _ASKED = 300
 _FEWEST = 3
 _FEW = 8
 """With fewer frames than this, noise is not told from anything else."""
+_BEYOND_ROUNDING = 2
+"""Counts. So far from a middle its two sides are told apart."""
 
 
 class Pattern(NamedTuple):
@@ -69,9 +71,21 @@ def flipped(stretch: Stretch) -> Pattern | None:
     plain = Pattern("flipped", 0.0, sums != 0)
     values, votes = np.unique(sums, return_counts=True)
     usual = values[votes.argmax()]
+    middle = float(usual) / 2.0
     if usual == 0 or plain.wrong.mean() < 0.5:
         return plain
-    return Pattern("flipped", float(usual) / 2.0, sums != usual, 0.99)
+    if not _turns_around(middle, golden[first:][sums == usual], rest=float(golden[0])):
+        return plain
+    return Pattern("flipped", middle, sums != usual, 0.99)
+
+
+def _turns_around(middle: float, mirrored: Ints, rest: float) -> bool:
+    """Whether that is a stick's middle: any two values have one. Both sides of it are mirrored, or it is where the
+    stick rested at the start.
+    """
+    above, below = float(mirrored.max()) - middle, middle - float(mirrored.min())
+    is_rest = abs(rest - middle) < _BEYOND_ROUNDING
+    return (max if is_rest else min)(above, below) >= _BEYOND_ROUNDING
 
 
 def stuck(stretch: Stretch) -> Pattern | None:
