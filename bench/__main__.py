@@ -6,6 +6,7 @@ Only the verb that was asked for is imported: `wheelbench --help` must not wait 
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import os
 import sys
@@ -28,25 +29,55 @@ VERBS = {
     "doctor": "what this machine can do: ports, permissions, terminal, clock; `doctor timing` measures punctuality",
 }
 
+FULL = (errno.ENOSPC, errno.EDQUOT)
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; returns its exit status: 0 ok, 1 expectation failed, 2 usage, 3 environment."""
+    _open_closed_streams()
     given = _with_negative_values(sys.argv[1:] if arguments is None else arguments)
     verb = given[0] if given else ""
     try:
-        parser = _parser(verb)
-        args = parser.parse_args(given)
-        if args.verb is None:
-            parser.print_help()
-            return 2
-        return _run(args)
+        try:
+            return _parse_and_run(verb, given)
+        finally:
+            sys.stdout.flush()  # what the last line meets is told here, not by the interpreter on its way out
     except KeyboardInterrupt:
         print(f"wheelbench {verb}: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:
         # Whoever read our output has left (`| head`): not an error of ours, and nothing more can be said to them.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 3
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        _drop_output()
+        print(f"wheelbench {verb}: output cannot be written ({error.strerror}); free some space", file=sys.stderr)
+        return 3
+
+
+def _parse_and_run(verb: str, given: list[str]) -> int:
+    parser = _parser(verb)
+    args, unknown = parser.parse_known_args(given)
+    if unknown:
+        getattr(args, "parser", parser).error(f"unrecognized arguments: {' '.join(unknown)}")
+    if args.verb is None:
+        parser.print_help()
+        return 2
+    return _run(args)
+
+
+def _open_closed_streams() -> None:
+    """A stream that our caller has closed (`2>&-`) is None: what is said there goes nowhere, and no other file."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 (for as long as we run)
+
+
+def _drop_output() -> None:
+    """What is still in the buffer of stdout would fail again when the interpreter ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(args: argparse.Namespace) -> int:
@@ -71,7 +102,7 @@ def _with_negative_values(arguments: list[str]) -> list[str]:
     """`--twist -1,0,0` as `--twist=-1,0,0`: argparse takes what begins with a dash for an option."""
     joined: list[str] = []
     for argument in arguments:
-        if argument[:1] == "-" and argument[1:2].isdigit() and joined and joined[-1].startswith("--"):
+        if argument[:1] == "-" and argument[1:2] in tuple("0123456789.") and joined and joined[-1].startswith("--"):
             joined[-1] += f"={argument}"
         else:
             joined.append(argument)
@@ -91,7 +122,7 @@ def _parser(verb: str) -> argparse.ArgumentParser:
         if name == verb:
             module = importlib.import_module(f"bench.cli.{name}")
             module.add_arguments(sub)
-            sub.set_defaults(run_verb=module.run)
+            sub.set_defaults(run_verb=module.run, parser=sub)
     return parser
 
 

@@ -50,6 +50,11 @@ def test_no_verb_is_a_usage_error(call):
     assert call("drvie")[0] == 2
 
 
+def test_an_unknown_option_is_told_with_the_verbs_own_usage(call):
+    status, _, err = call("kin", "m2006", "--twits", "1,0,0")
+    assert (status, err.splitlines()[-1]) == (2, "wheelbench kin: error: unrecognized arguments: --twits 1,0,0")
+
+
 def test_robots(call):
     status, out, _ = call("robots", "--json")
     assert status == 0
@@ -71,6 +76,7 @@ def test_robots(call):
 def test_kin_both_ways(call):
     facts = json.loads(call("kin", "m2006", "--twist", "1,0,0", "--json")[1])
     assert facts["wheels_radps"] == pytest.approx([35.77503, 0, -35.77503], abs=1e-5)
+    assert json.loads(call("kin", "m2006", "--twist", "-.5,0,0", "--json")[1])["twist"] == [-0.5, 0.0, 0.0]
     facts = json.loads(call("kin", "m2006", "--wheels", "-2.25926,-2.25926,-2.25926", "--json")[1])
     assert facts["twist"] == pytest.approx([0, 0, -1], abs=1e-5)
     assert facts["slip"] == pytest.approx([0, 0, 0], abs=1e-9)
@@ -317,12 +323,42 @@ def test_ctrl_c_keeps_what_has_been_recorded(tmp_path, stop):
     assert status == 0, "the cut recording replays, byte for byte"
 
 
-def test_a_reader_that_leaves_is_no_error():
-    command = f"{sys.executable} -m bench decode uart12 {DRIVE} | head -1"
+def in_a_shell(command, **streams):
+    """Its exit status and what it says on stderr; stdout is buffered, as where nobody asks for anything else."""
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    whole = f"{sys.executable} -m bench {command}"
     done = subprocess.run(
-        ["bash", "-c", command], cwd=ROOT, capture_output=True, text=True, check=False, env=os.environ
+        ["bash", "-o", "pipefail", "-c", whole], cwd=ROOT, stderr=subprocess.PIPE, text=True, env=buffered, **streams
     )
-    assert done.stderr == ""
+    return done.returncode, done.stderr
+
+
+def test_a_reader_that_leaves_is_no_error():
+    assert in_a_shell(f"decode uart12 {DRIVE} --json | head -1", stdout=subprocess.DEVNULL) == (3, "")
+
+
+@pytest.mark.parametrize("command", ["kin m2006", "kin --help"])
+def test_a_reader_that_has_left_before_the_last_line_is_no_error(command):
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    try:
+        assert in_a_shell(command, stdout=write_end) == (3, "")
+    finally:
+        os.close(write_end)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+@pytest.mark.parametrize("command", ["kin m2006", f"decode uart12 {DRIVE}"])
+def test_a_full_disk_is_one_sentence(command):
+    verb = command.split()[0]
+    says = f"wheelbench {verb}: output cannot be written (No space left on device); free some space\n"
+    assert in_a_shell(f"{command} > /dev/full") == (3, says)
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-"])
+def test_a_closed_stream_is_no_error(closed, tmp_path):
+    scenario = short_scenario(tmp_path)
+    assert in_a_shell(f"replay {scenario} {closed}") == (0, "")
 
 
 # --- robot files -------------------------------------------------------------------------------------------------
