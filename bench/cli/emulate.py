@@ -175,6 +175,7 @@ def _base(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
 
 def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.config import load_robot
+    from bench.errors import UsageError
     from bench.io.can_port import open_can
     from bench.io.emulated.devices import FirmwareOnPorts
     from bench.io.serial_port import open_serial
@@ -183,6 +184,8 @@ def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]
     for address in (args.can, args.rc, args.slamware):
         _refuse_sim(address)
     robot = load_robot(args.robot)
+    if args.rc and robot.rc is None:
+        raise UsageError(f"--rc: {robot.name} takes no RC; leave it out, or take a robot whose file has an rc")
     bus = open_can("--can", args.can)
     rc = open_serial("--rc", args.rc, USUAL[robot.rc.protocol]) if args.rc and robot.rc else None
     slamware = open_serial("--slamware", args.slamware) if args.slamware else None
@@ -241,12 +244,12 @@ def _refuse_sim(address: str | None) -> None:
 
     if address == "sim:":
         raise UsageError(
-            "sim:: is inside the process, where nobody else can meet it; try pty: or can:udp_multicast:..."
+            "sim: is inside the process, where nobody else can meet it; try pty: or can:udp_multicast:..."
         )
 
 
 def _twists(twist: str | None, source: Path | None) -> dict[int, BodyTwist]:
-    from bench.check.scenario import load_scenario
+    from bench.check.scenario import MOST_ON_THE_WIRE, load_scenario
     from bench.errors import UsageError
     from bench.messages import BodyTwist
 
@@ -256,6 +259,8 @@ def _twists(twist: str | None, source: Path | None) -> dict[int, BodyTwist]:
         vx_mps, vy_mps, omega_radps = map(float, (twist or "0.1,0,0").split(","))
     except ValueError:
         raise UsageError(f"--twist {twist}: expected VX,VY,OMEGA such as 0.1,0,0") from None
+    if not all(abs(value) <= MOST_ON_THE_WIRE for value in (vx_mps, vy_mps, omega_radps)):
+        raise UsageError(f"--twist {twist}: expected numbers from -{MOST_ON_THE_WIRE} to {MOST_ON_THE_WIRE}")
     return {0: BodyTwist(vx_mps, vy_mps, omega_radps)}
 
 
