@@ -50,11 +50,17 @@ def main(arguments: list[str] | None = None) -> int:
         _drop_output()
         return 3
     except OSError as error:
-        if error.errno not in FULL:
+        # The verbs tell what they meet at a file; this is what Path.is_dir and its like raise before that: a folder
+        # that may not be entered, a name that is too long.
+        if error.errno in FULL:
+            _drop_output()
+            status, text = 3, f"output cannot be written ({error.strerror}); free some space"
+        elif error.filename is not None:
+            status, text = 2, f"{error.filename}: cannot be reached ({error.strerror}); check the path"
+        else:
             raise
-        _drop_output()
-        print(f"wheelbench {verb}: output cannot be written ({error.strerror}); free some space", file=sys.stderr)
-        return 3
+        print(f"wheelbench {verb}: {text}", file=sys.stderr)
+        return status
 
 
 def _parse_and_run(verb: str, given: list[str]) -> int:

@@ -162,7 +162,15 @@ def test_decode_a_cut_frame_is_noise(call, tmp_path):
     assert [json.loads(line)["event"] for line in out] == ["frame", "frame", "noise"]
 
 
-@pytest.mark.parametrize("arguments", [("decode", "c610", DRIVE), ("decode", "c610", ROOT), ("decode", "sbuss", DRIVE)])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("decode", "c610", DRIVE),
+        ("decode", "c610", ROOT),
+        ("decode", "sbuss", DRIVE),
+        ("decode", "uart12", DRIVE, "--robot", "m2006"),
+    ],
+)
 def test_decode_of_a_wrong_file_or_protocol(call, arguments):
     status, _, err = call(*arguments)
     assert status == 2
@@ -353,6 +361,16 @@ def test_a_full_disk_is_one_sentence(command):
     verb = command.split()[0]
     says = f"wheelbench {verb}: output cannot be written (No space left on device); free some space\n"
     assert in_a_shell(f"{command} > /dev/full") == (3, says)
+
+
+@pytest.mark.parametrize("verb", ["kin", "replay", "check", "goldens", "decode auto", "decode c610"])
+def test_a_path_that_cannot_even_be_looked_at_is_one_sentence(call, verb):
+    path = 300 * "a"  # longer than any file system takes; a folder that may not be entered comes the same way
+    status, _, err = call(*verb.split(), path)
+    assert (status, err) == (
+        2,
+        f"wheelbench {verb.split()[0]}: {path}: cannot be reached (File name too long); check the path\n",
+    )
 
 
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-"])

@@ -43,6 +43,12 @@ def test_auto_reads_a_pipe_once(call, tmp_path):
     assert "channels" in out
 
 
+@pytest.mark.skipif(not os.path.exists("/proc/self/mem"), reason="this system has no file whose reading fails")
+def test_a_file_whose_reading_fails_is_one_sentence(call):
+    says = "wheelbench decode: /proc/self/mem: cannot be read (Input/output error)\n"
+    assert call("decode", "auto", "/proc/self/mem") == (2, "", says)
+
+
 def test_auto_takes_a_can_log_for_what_it_is(call, tmp_path):
     log = tmp_path / "can.log"
     log.write_text("(0.001000) can0 200#02580258FDA80000\n(0.001000) can0 202#10E1300C03520000\n")

@@ -44,6 +44,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.chunk < 0:
         raise UsageError(f"--chunk: expected 1 or more bytes, got {args.chunk}")
+    if args.robot is not None and args.protocol not in (*CAN_LOGS, AUTO):
+        raise UsageError(f"--robot: goes with a CAN log ({', '.join(CAN_LOGS)}), not with {args.protocol}")
     if args.protocol == AUTO:
         protocol, capture = _recognised(args)
     else:
@@ -68,14 +70,18 @@ def run(args: argparse.Namespace) -> int:
 
 def _recognised(args: argparse.Namespace) -> tuple[str | None, Capture | None]:
     """The protocol of the file, or None, and its bytes where it is a capture; says on stderr what was seen."""
+    from bench.errors import UsageError
     from bench.rc.capture import load_capture
     from bench.rc.recognise import CAN, JUDGED_BYTES, is_can_log, recognise
 
     capture = verdict = None
     if args.file.is_file():
         # An empty file and a CAN log are no captures: they come before anything is asked of one.
-        with args.file.open("rb") as file:
-            head = file.read(JUDGED_BYTES)
+        try:
+            with args.file.open("rb") as file:
+                head = file.read(JUDGED_BYTES)
+        except OSError as error:
+            raise UsageError(f"{args.file}: cannot be read ({error.strerror})") from None
         if not head or is_can_log(head):
             verdict = recognise(head)
     if verdict is None:

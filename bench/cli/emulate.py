@@ -243,9 +243,7 @@ def _refuse_sim(address: str | None) -> None:
     from bench.errors import UsageError
 
     if address == "sim:":
-        raise UsageError(
-            "sim: is inside the process, where nobody else can meet it; try pty: or can:udp_multicast:..."
-        )
+        raise UsageError("sim: is inside the process, where nobody else can meet it; try pty: or can:udp_multicast:...")
 
 
 def _twists(twist: str | None, source: Path | None) -> dict[int, BodyTwist]:
