@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -85,6 +86,8 @@ def test_goldens_that_nothing_uses_are_reported(tmp_path, capsys):
         ("tests/test_walk.py",),
         ("scenario.toml",),
     ]
+    (tmp_path / "circle.toml").symlink_to(tmp_path / "circle.toml")  # in a project: a link that leads nowhere,
+    os.mkfifo(tmp_path / "pipe.py")  # and a pipe that nobody writes to
     assert main(["goldens", str(folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["ok"]
 

@@ -110,5 +110,13 @@ def _readers(project: Path, pinned: Path) -> Iterator[Path]:
         )
         for name in sorted(files):
             path = Path(at) / name
-            if (path.suffix in _ENDINGS or name in _NAMES) and path.stat().st_size <= _LARGEST_BYTES:
+            if (path.suffix in _ENDINGS or name in _NAMES) and _is_small(path):
                 yield path
+
+
+def _is_small(path: Path) -> bool:
+    """Whether it is a file of a size that people write; a pipe or a link that leads nowhere is none."""
+    try:
+        return path.is_file() and path.stat().st_size <= _LARGEST_BYTES
+    except OSError:
+        return False
