@@ -108,7 +108,7 @@ def test_a_json_that_is_no_description_is_refused(tmp_path):
         ({"length": "12"}, "length: expected a whole number, got '12'"),
         ({"timing": []}, "timing: expected an object"),
         ({"timing": {"kind": "per byte"}}, "byte_times: expected a list"),
-        ({"timing": {"kind": "per byte", "byte_times": [0.0] * 11}}, "11 times for 12 bytes; try --no-times"),
+        ({"timing": {"kind": "per byte", "byte_times": [0.0] * 11}}, "11 times for 12 bytes; mend it, or move it away"),
         ({"timing": {"kind": "per byte", "byte_times": [5, 4] * 6}}, "byte 1 comes at 4 us, after 5 us"),
         ({"timing": {"kind": "per byte", "byte_times": ["a"] * 12}}, "byte 0 comes at 'a' us"),
         ({"timing": {"kind": "per byte", "byte_times": [-1.0] * 12}}, "byte 0 comes at -1.0 us"),

@@ -27,6 +27,7 @@ from bench.messages import TICK_US, RcFrame
 FORMAT = "rc-capture/1"
 # Captures name what the receiver calls itself; we decode SBUS2 as the SBUS it is.
 _PROTOCOL_OF = {"sbus2": "sbus"}
+_WITHOUT = "mend it, or move it away to use the bytes alone"
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,13 +98,12 @@ def _read(path: Path) -> bytes:
 
 
 def _description(path: Path) -> dict[str, Any]:
-    advice = "mend it, or move it away to use the bytes alone"
     try:
         found = json.loads(_read(path).decode())
     except ValueError:
-        raise UsageError(f"{path}: is not JSON; {advice}") from None
+        raise UsageError(f"{path}: is not JSON; {_WITHOUT}") from None
     if not isinstance(found, dict) or found.get("format") != FORMAT:
-        raise UsageError(f"{path}: does not describe a capture (format {FORMAT!r}); {advice}")
+        raise UsageError(f"{path}: does not describe a capture (format {FORMAT!r}); {_WITHOUT}")
     return found
 
 
@@ -139,11 +139,11 @@ def _times_us(path: Path, description: dict[str, Any], length: int) -> tuple[flo
     else:
         return None
     if len(times) != length:
-        raise UsageError(f"{path}: timing: {len(times)} times for {length} bytes; try --no-times")
+        raise UsageError(f"{path}: timing: {len(times)} times for {length} bytes; {_WITHOUT}")
     last_us = 0.0
     for i, at_us in enumerate(times):
         if type(at_us) not in (int, float) or not last_us <= at_us < math.inf:
-            raise UsageError(f"{path}: timing: byte {i} comes at {at_us!r} us, after {last_us} us; try --no-times")
+            raise UsageError(f"{path}: timing: byte {i} comes at {at_us!r} us, after {last_us} us; {_WITHOUT}")
         last_us = at_us
     return tuple(map(float, times))
 
@@ -155,11 +155,11 @@ def _burst_times(path: Path, timing: dict[str, Any], length: int) -> list[Any]:
     if not isinstance(byte_us, int | float) or not all(
         isinstance(row, list) and len(row) == 2 and type(row[0]) is int and type(row[1]) in (int, float) for row in rows
     ):
-        raise UsageError(f"{path}: timing: expected byte_us and rows of (first offset, start time); try --no-times")
+        raise UsageError(f"{path}: timing: expected byte_us and rows of (first offset, start time); {_WITHOUT}")
     offsets = [row[0] for row in rows] + [length]
     times: list[Any] = []
     for (first, start_us), after in zip(rows, offsets[1:], strict=True):
         if first != len(times):
-            raise UsageError(f"{path}: timing: a burst begins at byte {first}, not at {len(times)}; try --no-times")
+            raise UsageError(f"{path}: timing: a burst begins at byte {first}, not at {len(times)}; {_WITHOUT}")
         times += [start_us + byte_us * (i + 1) for i in range(after - first)]
     return times
