@@ -104,7 +104,7 @@ def test_the_command_line_refuses_it_in_one_sentence(tmp_path, capsys):
     error = capsys.readouterr().err
     assert "arena 'tight': a robot of radius 0.08 m at (0, 0) m is larger than a field of 0.1 m x 4.0 m" in error
     assert main(["replay", "bench/demo/demo.toml", "--arena", str(tmp_path / "none.toml")]) == 2
-    assert "none.toml: cannot be read" in capsys.readouterr().err
+    assert "none.toml: there is no such file" in capsys.readouterr().err
 
 
 # --- what stands in it ----------------------------------------------------------------------------------------------
@@ -281,7 +281,7 @@ def test_a_plain_recording_has_no_arena_and_refuses_another(tmp_path, capsys):
 def test_a_scenario_with_a_wrong_arena_names_file_and_key(tmp_path):
     with pytest.raises(ConfigError, match=r"push\.toml: arena\.discs: unknown key; did you mean disc\?"):
         from_source(scenario(tmp_path, "[arena]\ndiscs = 1\n"))
-    with pytest.raises(ConfigError, match=r"none\.toml: cannot be read"):
+    with pytest.raises(ConfigError, match=r"none\.toml: there is no such file"):
         from_source(scenario(tmp_path, 'arena = "none.toml"'))
     with pytest.raises(UsageError, match="arena 'push': a robot of radius"):
         from_source(scenario(tmp_path, "[arena]\n[arena.start]\nx_m = 2.99\n"))

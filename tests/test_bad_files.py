@@ -175,7 +175,7 @@ def test_what_is_no_file_to_read_is_said(folder, monkeypatch):
         "loop.toml": "cannot be read (Too many levels of symbolic links)",
         "bytes.toml": "is not a text file; a TOML file is expected",
         "deep.toml": "is not valid TOML: brackets within brackets without end",
-        "none.toml": "cannot be read (No such file or directory)",
+        "none.toml": "there is no such file; check its name and its folder",
     }.items():
         assert says in answered("replay", name), name
         for option in ("--robot", "--profile", "--arena"):

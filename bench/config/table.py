@@ -34,6 +34,8 @@ def read_toml(path: Path) -> dict[str, Any]:
     """The file's tables. Raises ConfigError where it cannot be read or is not TOML."""
     try:
         return tomllib.loads(read_file(path).decode("utf-8-sig"))  # some editors begin a file with a mark of order
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: there is no such file; check its name and its folder") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
