@@ -227,6 +227,7 @@ def test_replay_over_real_ports_gives_the_same_recording(call, tmp_path):
         ("--can", "can:socketcan"),
         ("--can", "recorded"),
         ("--period-ms", "0"),
+        ("--protocol", "sbsu"),
         ("--golden", "nowhere"),
         ("--robot", "m2007"),
         ("--profile", "crossfires"),

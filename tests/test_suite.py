@@ -120,7 +120,9 @@ def test_recordings_are_kept_by_name(files, tmp_path):
 )
 def test_a_wrong_argument_is_one_sentence(files, capsys, options, says):
     assert main(["replay", files[0], files[1], *options]) in (2, 3)
-    assert says in capsys.readouterr().err
+    out, err = capsys.readouterr()
+    assert says in err
+    assert out == "", "before anything runs"
 
 
 def test_what_was_not_meant_is_one_sentence_before_anything_runs(files, tmp_path, capsys, monkeypatch):
@@ -137,7 +139,7 @@ def test_what_was_not_meant_is_one_sentence_before_anything_runs(files, tmp_path
             "--record: good.toml and sub/good.toml would both be recorded in runs/good; rename one of them",
         ),
         (["sub"], "sub: is a directory without a recording; the scenarios in it are replayed by sub/*.toml"),
-        (["empty"], "empty: is a directory without a recording; and no scenarios"),
+        (["empty"], "empty: is a directory without a recording; give a scenario (.toml), an RC capture"),
     ):
         assert main(["replay", *given, "--jobs", "1"]) == 2, given
         out = capsys.readouterr()

@@ -1,4 +1,4 @@
-"""`--controller` and `--odometry`: who stands behind the seam, and another form of odometry."""
+"""Options that several verbs share: who stands behind the seam, tolerances, the RC protocol of a stream."""
 
 from __future__ import annotations
 
@@ -32,3 +32,12 @@ def add_tolerance(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="how far a field may be from the golden, with its unit: speed=5rpm; may be given again",
     )
+
+
+def check_protocol(protocol: str) -> None:
+    """What `--protocol` names is one that we speak. Raises UsageError."""
+    from bench.errors import UsageError
+    from bench.rc_decode import PROTOCOLS
+
+    if protocol not in PROTOCOLS:
+        raise UsageError(f"--protocol {protocol}: expected {', '.join(PROTOCOLS)}")

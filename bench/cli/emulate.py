@@ -208,12 +208,13 @@ def _core(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
 
 
 def _receiver(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
+    from bench.config import load_profile
     from bench.io.emulated.devices import ReceiverOnLine
     from bench.io.serial_port import open_serial
     from bench.rc.line import USUAL
 
     _refuse_sim(args.address)
-    profile = _profile(args.protocol, args.profile)
+    profile = load_profile(args.profile) if args.profile is not None else _usual_profile(args.protocol)
     frames = _frames(args.source, profile)
     settings = USUAL[profile.protocol]
     repeat = max(frames) + profile.period_ms if args.repeat or args.source is None else None
@@ -262,15 +263,12 @@ def _twists(twist: str | None, source: Path | None) -> dict[int, BodyTwist]:
     return {0: BodyTwist(vx_mps, vy_mps, omega_radps)}
 
 
-def _profile(protocol: str | None, profile: str | None) -> Profile:
+def _usual_profile(protocol: str) -> Profile:
+    """One of ours that speaks it. Raises UsageError."""
+    from bench.cli.choices import check_protocol
     from bench.config import load_profile, profile_names
-    from bench.errors import UsageError
-    from bench.rc_decode import PROTOCOLS
 
-    if profile is not None:
-        return load_profile(profile)
-    if protocol not in PROTOCOLS:
-        raise UsageError(f"--protocol {protocol}: expected {', '.join(PROTOCOLS)}")
+    check_protocol(protocol)
     fitting = [known for known in map(load_profile, profile_names()) if known.protocol == protocol]
     return min(fitting, key=lambda known: known.aux1 is None)  # one that can arm, where there is one
 
@@ -296,7 +294,7 @@ def _frames(source: Path | None, profile: Profile) -> dict[int, bytes]:
     capture = load_capture(path)
     protocol = capture.protocol or (read_by.protocol if read_by else profile.protocol)
     if read_by is None or read_by.protocol != protocol:
-        read_by = _profile(protocol, None)
+        read_by = _usual_profile(protocol)
     stream = by_tick(capture, protocol, read_by.period_ms)
     frames = stream if protocol == profile.protocol else retransmitted(stream, read_by, profile)
     if not frames:

@@ -37,10 +37,11 @@ def run(args: argparse.Namespace) -> int:
 
     from bench.check.controllers import controller_of
     from bench.check.failsafe import RED, losses
-    from bench.cli.output import write_text
+    from bench.cli.output import refuse_hopeless, write_text
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
 
     robot = _robot(args)
+    refuse_hopeless(args.html)
     try:
         rows = losses(robot)
     except ValueError as error:

@@ -33,7 +33,10 @@ def sources_of(given: Sequence[str]) -> list[str]:
             raise UsageError(f"{source}: no scenario fits this pattern")
         if not is_pattern and Path(source).is_dir() and not (Path(source) / "run.toml").exists():
             held = sorted(Path(source).glob("*.toml"))
-            what = f"the scenarios in it are replayed by {source.rstrip('/')}/*.toml" if held else "and no scenarios"
+            if held:
+                what = f"the scenarios in it are replayed by {source.rstrip('/')}/*.toml"
+            else:
+                what = "give a scenario (.toml), an RC capture or the directory of a recording"
             raise UsageError(f"{source or '.'}: is a directory without a recording; {what}")
         sources += fitting
     return sources
@@ -44,11 +47,12 @@ def suite_of(args: argparse.Namespace) -> int:
     from bench.check.page import page
     from bench.check.suite import junit_xml, run_scenarios
     from bench.cli.headless import asked_to_stop
-    from bench.cli.output import write_text
+    from bench.cli.output import refuse_hopeless, write_text
     from bench.cli.progress import Progress
     from bench.errors import EXIT_FAILED, EXIT_OK
 
     paths = _paths(args)
+    refuse_hopeless(args.html, args.junit)
     results: list[Result] = []
     progress = Progress([path.stem for path in paths], is_shown=not args.json)
     with asked_to_stop() as asked:
@@ -83,7 +87,8 @@ def _paths(args: argparse.Namespace) -> list[Path]:
         raise UsageError(f"--jobs: expected 1 or more, got {args.jobs}")
     other = next((source for source in args.source if not source.endswith(".toml")), None)
     if other is not None:
-        raise UsageError(f"{other}: is no scenario (.toml); captures and recordings are replayed one at a time")
+        advice = "captures and recordings are replayed one at a time, without --html and --junit"
+        raise UsageError(f"{other}: is no scenario (.toml); {advice}")
     paths = [Path(source) for source in args.source]
     seen: dict[Path, Path] = {}
     folders: dict[str, Path] = {}

@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from bench.errors import SurroundingsError
+
+
+def refuse_hopeless(*paths: Path | None) -> None:
+    """Before a long run: what could not be written after it either. Raises SurroundingsError."""
+    for path in paths:
+        if path is None:
+            continue
+        if path.is_dir():
+            why = "it is a directory"
+        elif not path.parent.is_dir():
+            why = f"there is no directory {path.parent}"
+        elif not os.access(path if path.exists() else path.parent, os.W_OK):
+            why = "no permission"
+        else:
+            continue
+        raise SurroundingsError(f"{path}: cannot be written ({why}); give another place")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -9,7 +9,7 @@ import argparse
 import json
 from pathlib import Path
 
-from bench.cli.choices import add_choices, add_tolerance
+from bench.cli.choices import add_choices, add_tolerance, check_protocol
 from bench.cli.on_ports import add_role, run_on_ports
 
 
@@ -63,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.period_ms is not None and args.period_ms < 1:
         raise UsageError(f"--period-ms: expected 1 or more, got {args.period_ms}")
+    if args.protocol is not None:
+        check_protocol(args.protocol)
     args.source = sources_of(args.source)
     if len(args.source) > 1 or args.html or args.junit:
         return suite_of(args)
