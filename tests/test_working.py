@@ -1,7 +1,10 @@
 """Working with a run by its keys: back in it, forks, recordings, faults, another robot, goldens, palette, settings."""
 
+import os
+import signal
 import subprocess
 import sys
+import time
 from dataclasses import replace
 
 import pytest
@@ -9,6 +12,7 @@ from desk import M2006, Granted, a_job, frame, pass_ticks, piloted
 
 from bench.__main__ import main
 from bench.check.compare import compare
+from bench.check.golden import pin
 from bench.check.reading import Recording, as_outputs
 from bench.check.recording import RecordingError
 from bench.check.run import from_recording, from_scenario
@@ -52,13 +56,15 @@ def drive(session, *keys, each=200):
     return session
 
 
-def settle(session, frames=200):
+def settle(session, frames=3000):
     """Frames in which no time passes, until nothing is being written any more."""
     for _ in range(frames):
         pass_ticks(session, 0)
         tape, working = session.working.tape, session.working
         if not ((tape and tape.is_behind) or working._golden or working._finishing):
             return
+        if working._golden:
+            time.sleep(0.02)  # another process writes it
     raise AssertionError("still writing")
 
 
@@ -573,6 +579,99 @@ def test_a_run_whose_faults_wait_for_a_condition_goes_on_but_not_back(tmp_path, 
     session.key("p")
     pass_ticks(session, 2000)
     assert "ENDED" in words(session)
+
+
+@pytest.fixture
+def held_pin(monkeypatch):
+    """Pinning waits until it is let go: the call that lets it. The process that pins inherits both."""
+    monkeypatch.delenv("CI", raising=False)
+    ends = os.pipe()
+    monkeypatch.setattr("bench.io.errand._let_go_of_everything_but", lambda _: None)
+    monkeypatch.setattr("bench.screen.golden_test.pin", lambda *paths: (os.read(ends[0], 1), pin(*paths)))
+    yield lambda: os.write(ends[1], b"!")
+    for end in ends:
+        os.close(end)
+
+
+def left_in(folder):
+    """Everything that a golden may have left there."""
+    found = {path.name for path in (*folder.iterdir(), *(folder / "goldens").iterdir())}
+    return sorted(found - {"goldens", "settings.toml"})
+
+
+def until_pinning(session):
+    for _ in range(3000):
+        pass_ticks(session, 0)
+        if session.working.saving == "100 %":
+            return
+        time.sleep(0.02)
+    raise AssertionError(session.working.saving)
+
+
+def test_while_a_golden_is_saved_every_key_is_alive(tmp_path, settings, held_pin):
+    session = drive(a_session(settings), "w")
+
+    async def steps(app, pilot):
+        await pilot.press("p", "b")
+        until_pinning(session)
+        assert "SAVING 100 %" in words(session).splitlines()[0]
+        await pilot.press("b")
+        assert said(session).startswith("busy: the golden m2006-001 is being saved")
+        assert left_in(tmp_path)[0].startswith(".saving-"), "under its own name only when it is whole"
+        assert len(left_in(tmp_path)) == 1
+        await pilot.press("left", "p")
+        tick = session.link.newest_tick
+        frame(app, 50)
+        assert session.link.newest_tick == tick + 50
+        held_pin()
+        settle(session)
+        assert "saved: pytest " in said(session)
+        assert "SAVING" not in words(session)
+        assert left_in(tmp_path) == ["m2006-001", "test_m2006_001.py"]
+
+    piloted(session, steps)
+    assert main(["replay", str(tmp_path / "goldens" / "m2006-001")]) == 0
+
+
+@pytest.mark.parametrize("how", ["twice", "a signal", "killed", "nobody listens"])
+def test_a_golden_that_is_left_in_the_middle_leaves_nothing(tmp_path, settings, held_pin, how):
+    session = drive(a_session(settings), "w")
+    session.key("p")
+    session.key("b")
+    until_pinning(session)
+    golden = session.working._golden
+    child = golden._errand._child
+    if how == "twice":
+        session.key("escape")
+        assert not session.over
+        assert "saving the golden m2006-001, 100 %; Esc gives it up" in said(session)
+        session.key("escape")
+        pass_ticks(session, 0)
+    elif how == "a signal":
+        session.leave(patience=False)
+    elif how == "killed":
+        os.kill(child, signal.SIGKILL)
+        settle(session)
+        assert "no golden: its process was ended from outside" in said(session)
+        session.leave()
+    else:  # as when this process is killed
+        golden.give_up = lambda: os.close(golden._errand._pipe)
+        session.leave(patience=False)
+        held_pin()
+        os.waitpid(child, 0)
+    assert session.over
+    assert left_in(tmp_path) == (["m2006-001", "test_m2006_001.py"] if how == "nobody listens" else [])
+    assert any("no golden: left at 100 %" in line for line in session.working.told) is (how != "killed")
+
+
+def test_who_is_not_listened_to_before_it_pins_takes_everything_away(tmp_path, settings):
+    session = drive(a_session(settings), "w")
+    session.key("p")
+    session.key("b")
+    golden = session.working._golden
+    os.close(golden._errand._pipe)
+    os.waitpid(golden._errand._child, 0)
+    assert left_in(tmp_path) == []
 
 
 def test_in_ci_no_golden_is_pinned(settings, monkeypatch):

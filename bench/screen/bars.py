@@ -37,6 +37,8 @@ def title(scene: Scene, width: int, height: int) -> list[Line]:
         name = f" {scene.replay.title}{name}"
     if scene.recording:
         name += f"  ● REC {scene.recording}"
+    if scene.saving:
+        name += f"  SAVING {scene.saving}"
     return [_title(scene, name, width)]
 
 

@@ -99,6 +99,8 @@ class Scene:
     hands: Hands | None = None
     replay: Replay | None = None
     recording: str = ""
+    saving: str = ""
+    """How far the golden is that is being saved."""
     notice: str = ""
     shown: Shown = field(default_factory=Shown)
     seen: Seen = field(default_factory=Seen)

@@ -255,6 +255,7 @@ class Session:
             hands=hands,
             replay=replay,
             recording=self.working.recording or self._recording,
+            saving=self.working.saving,
             notice=self._notice or "; ".join(link.missing) or self.working.hint,
             dialog=dialog.shown if dialog is not None else None,
             help=self._help,

@@ -60,6 +60,12 @@ class Tape:
         """Whether what has passed is still being run again."""
         return self._behind is not None
 
+    @property
+    def share(self) -> float:
+        """How much of what is to be in it was written, where it has an end."""
+        done = self._behind.bench.now_tick if self._behind is not None else self._until or 0
+        return done / max(1, self._until or done)
+
     def progress(self, newest_tick: int) -> str:
         """A name, and how far it is where it is behind."""
         name = self.directory.name

@@ -128,12 +128,10 @@ class Working:
                 session.failure = tape.failure  # told by the exit status too, once the person leaves
             self.tape = None
         golden = self._golden
-        if golden is not None and isinstance(link, InlineLink):
-            said = golden.work(link, ticks)
-            if said:
-                self._golden = None
-                session.say(said)
-                self.told += golden.told
+        if golden is not None and (said := golden.look()):
+            self._golden = None
+            session.say(said)
+            self.told += golden.told
 
     def leave(self, patience: bool) -> bool:
         """The session ends: end the recording. Whether all is written; without patience it is when this returns."""
@@ -143,6 +141,8 @@ class Working:
             self.dialog = None
             self._end_tape()
             self._save_settings()
+        if not patience:
+            self._give_up_golden()
         while self._finishing or self._golden is not None:
             self.frame()
             if patience:
@@ -150,6 +150,8 @@ class Working:
         left = [one.progress(session.link.newest_tick) for one in self._finishing]
         if left:
             session.say(f"writing {left[0]}; Esc ends it there")
+        elif self._golden is not None:
+            session.say(f"saving the golden {self._golden.name}, {self._golden.progress}; Esc gives it up")
         return not left and self._golden is None
 
     @property
@@ -158,6 +160,11 @@ class Working:
         if self.tape is not None:
             return self.tape.progress(self._session.link.newest_tick)
         return self._finishing[0].progress(0) if self._finishing else ""
+
+    @property
+    def saving(self) -> str:
+        """Of the golden that is being saved: how far it is."""
+        return self._golden.progress if self._golden is not None else ""
 
     # --- time ----------------------------------------------------------------------------------------------------
 
@@ -282,8 +289,12 @@ class Working:
         """Nobody wants to wait: what is written is a whole recording of a shorter run."""
         for tape in self._finishing:
             tape.close()
+        self._give_up_golden()
+
+    def _give_up_golden(self) -> None:
         if self._golden is not None:
             self._golden.give_up()
+            self.told.append(f"no golden: left at {self._golden.progress} of {self._golden.name}")
             self._golden = None
 
     # --- faults --------------------------------------------------------------------------------------------------
@@ -359,18 +370,16 @@ class Working:
         if not session.stands:
             return "P stands still first: the golden holds the run up to the instant that is shown"
         if self._golden is not None:
-            return "a golden is being saved"
-        if job is None or link.history is None or link.now_tick == 0:
+            return f"busy: the golden {self._golden.name} is being saved, {self._golden.progress}"
+        if job is None or not isinstance(link, InlineLink) or link.history is None or link.now_tick == 0:
             return "there is nothing to save yet"
         try:
-            # Up to here, whatever is driven while it is written.
-            history = link.history.branch(link.now_tick)
             texts, seed = _faults_of(job) if job.scenario is not None else ([], self._seed)
             faults = texts + [text for tick, text in self._faults if tick < link.now_tick]
-            self._golden = GoldenTest(self.folder, _by_hand(job), history, faults, seed, link.now_tick)
+            self._golden = GoldenTest(self.folder, _by_hand(job), link, faults, seed)
         except (LostInstant, RecordingError, OSError) as error:
             return f"no golden: {error}"
-        return f"saving {self._golden.directory} ..."
+        return f"saving the golden {self._golden.name}; go on meanwhile"
 
     # --- finding one's way ---------------------------------------------------------------------------------------
 
