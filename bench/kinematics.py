@@ -129,12 +129,6 @@ def rotate_into_body(vx_field: float, vy_field: float, heading_rad: float) -> tu
     return c * vx_field + s * vy_field, c * vy_field - s * vx_field
 
 
-def twist_at_origin(twist_at_point: Sequence[float], point: Sequence[float]) -> BodyTwist:
-    """The twist of the body's origin when `twist_at_point` is that of the body point (x_m, y_m)."""
-    vx, vy, omega = twist_at_point
-    return BodyTwist(vx + omega * point[1], vy - omega * point[0], omega)
-
-
 def twist_from_document_004(x_right: float, y_forward: float, yaw_clockwise: float) -> BodyTwist:
     """Document 004 and its firmware: x right, y forward, yaw clockwise -> this frame."""
     return BodyTwist(y_forward, -x_right, -yaw_clockwise)

@@ -15,7 +15,6 @@ from bench.kinematics import (
     desaturate,
     rotate_into_body,
     singular_values,
-    twist_at_origin,
     twist_from_document_002,
     twist_from_document_004,
 )
@@ -63,8 +62,9 @@ def answer(vector):
             body = [*rotate_into_body(vx, vy, given_["heading"]), omega]
             return {"body_twist": body, "wheels": kinematics.wheel_speeds(body)}
         case "ik_about_point":
-            origin = twist_at_origin(given_["twist_at_point"], given_["point"])
-            return {"twist_at_origin": list(origin), "wheels": kinematics.wheel_speeds(origin)}
+            (vx, vy, omega), (x, y) = given_["twist_at_point"], given_["point"]
+            origin = [vx + omega * y, vy - omega * x, omega]
+            return {"twist_at_origin": origin, "wheels": kinematics.wheel_speeds(origin)}
         case "rotate":
             vx, vy, omega = given_["field_twist"]
             return {"body_twist": [*rotate_into_body(vx, vy, given_["heading"]), omega]}

@@ -25,7 +25,6 @@ _TEXT_BYTES = 32
 _FAULT = struct.Struct("<I32s")
 _CODE = struct.Struct("<I")
 FAULT_BYTES = _FAULT.size
-HEALTH_BYTES = 2
 _LEVEL_BITS = 0x0F000000
 
 BATTERY_LOW = 0x00020100

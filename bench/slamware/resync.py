@@ -37,7 +37,6 @@ class Resync:
         self._since_tick = tick
         self._heard_tick = tick
         self._sent_bytes = 0
-        self._has_heard = False
         # Different each time, so that a late copy cannot pass for this one; no byte that could start a frame.
         self._sync = (STANDARD, SYNC, bytes((0xA5, 0x80 | number & 0x0F, 0x5A)))
 

@@ -19,7 +19,6 @@ from bench.slamware.commands import NOTHING_TO_ASK
 
 RANGE_SLOTS = 16
 BUMPER_BYTES = 4
-POWER_BYTES = 2
 IDLE_CONTACTS = 0x3FF
 """The ten bits that the reference base defines stay 1 where a base has fewer contacts: cores know no other idle."""
 
