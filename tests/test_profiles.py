@@ -1,9 +1,14 @@
 """Every transmitter profile that ships: arms, drives the way its sticks are held, and stops when it falls silent."""
 
+import dataclasses
+import re
+import tomllib
+from pathlib import Path
+
 import pytest
 from rig import Rig
 
-from bench.config import load_profile, load_robot, profile_names
+from bench.config import Axis, Button, Profile, load_profile, load_robot, profile_names
 from bench.loop import simulated
 from bench.rc.transmitter import AT_REST, Sticks
 
@@ -34,3 +39,20 @@ def test_the_profile_drives_the_robot(name):
     assert not rig.bench.base.drive.armed
     link = rig.bench.base.link
     assert (link.state, link.noise_bytes, link.flagged_frames) == ("lost", 0, 0)
+
+
+def test_the_page_has_every_key_and_its_default():
+    page = (Path(__file__).parents[1] / "docs" / "rc" / "README.md").read_text(encoding="utf-8")
+    part = page.partition("## A profile for your transmitter\n")[2].partition("\n## ")[0]
+    said = {
+        key: row[1] for row in re.findall(r"^\| (`.+?`) \| (.+?) \|", part, re.M) for key in re.findall(r"\w+", row[0])
+    }
+    known = {item.name: item.default for item in dataclasses.fields(Profile) if item.name != "file"}
+    assert said.keys() == known.keys() | {"schema"}
+    for key, default in known.items():
+        if default is dataclasses.MISSING:
+            assert said[key] == "needed", key
+        elif default is not None:
+            assert tomllib.loads(f"x = {said[key].strip('`')}")["x"] == default, key
+    for table in (Axis, Button):
+        assert all(f"`{item.name}" in part for item in dataclasses.fields(table))
