@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from types import FrameType
 from typing import TypeAlias
 
@@ -24,19 +24,20 @@ from bench.check.run import Run
 from bench.errors import EXIT_FAILED, EXIT_OK
 from bench.io.clock import Pacer, WallPacer, now_ns
 from bench.io.process_link import ProcessLink
+from bench.screen.ink import Inks
 from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard
 from bench.screen.layout import Place
 from bench.screen.mouse_sticks import pad_of
 from bench.screen.page import Page
-from bench.screen.panel import BACKGROUND, FOREGROUND, Panel
+from bench.screen.panel import BACKGROUND, FOREGROUND, Panel, inks_of
 from bench.screen.session import Session
 from bench.screen.settings import SettingsFile
 from bench.screen.stage import Stage, to_drive, to_show
 from bench.screen.tape import Tape
 from bench.screen.terminal import BACKLOG, CursorReported, KeyReleased, KittyReported, Terminal, TerminalGone
 from bench.screen.terminal_watch import STALL_MS
-from bench.screen.view import PANELS, draw, places
+from bench.screen.view import OVER, PANELS, draw, places
 
 FRAMES_PER_S = 20
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -61,6 +62,9 @@ class Dashboard(App[None], inherit_bindings=False):
         self.session = session
         self._panels: dict[str, Panel] = {}
         self._pad_place: Place | None = None
+        self._settled = False
+        """Every panel stands where it was last put."""
+        self._inks: Inks = {}
         self._asked_to_leave = False
         self._handlers: dict[signal.Signals, signal._HANDLER] = {}
 
@@ -85,7 +89,9 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def on_resize(self) -> None:
         """Draw for the new size at once."""
-        self._draw()
+        picture = self._draw()
+        if self.terminal is not None:
+            self.terminal.paint(picture)
 
     def on_app_blur(self) -> None:
         """The keyboard belongs to another window now."""
@@ -146,7 +152,9 @@ class Dashboard(App[None], inherit_bindings=False):
             self._look_after_terminal()
             self.session.frame()
         if not self._leave_if_over():
-            self._draw()
+            picture, terminal = self._draw(), self.terminal
+            if terminal is not None and terminal.backlog <= BACKLOG:
+                terminal.paint(picture, terminal.watch.ask(now_ns(), self.size.width))
 
     def _press(self, key: str, at_s: float) -> None:
         """A key that was received at that time. One that moves something is not heard if it may be an old one."""
@@ -199,11 +207,9 @@ class Dashboard(App[None], inherit_bindings=False):
             session.keyboard.sticks.releases = watch.releases and watch.answers
             session.keyboard.sticks.proven = watch.trusted and watch.answers
             terminal.point(session.keyboard.mouse.on)
-        if terminal.backlog <= BACKLOG:
-            terminal.write(watch.ask(now, self.size.width))
-            if terminal.lost_writes:
-                terminal.lost_writes = False
-                self.refresh(layout=True)
+        if terminal.backlog <= BACKLOG and terminal.lost_writes:
+            terminal.lost_writes = False
+            self.refresh(layout=True)
         if watch.stalled(now):
             session.silence(watch.age_ms(now))
         elif terminal.backlog > BACKLOG:
@@ -218,18 +224,35 @@ class Dashboard(App[None], inherit_bindings=False):
             self.exit()
         return self.session.over
 
-    def _draw(self) -> None:
+    def _draw(self) -> str:
+        """Bring the panels up to date. What of that is to be written to the terminal; Textual sees to the rest."""
         if not self._panels or (self.terminal is not None and self.terminal.backlog > BACKLOG):
-            return  # a terminal that takes nothing is drawn for when it does again
+            return ""  # a terminal that takes nothing is drawn for when it does again
         self.session.sight.size = self.size
         scene = self.session.scene()
         where = places(scene, *self.size)
         self._pad_place = where.get("pad")
         for name, panel in self._panels.items():
-            place = where.get(name)
-            panel.put(place)
-            if place is not None:
-                panel.show(draw(name, scene, place.width, place.height))
+            if panel.put(where.get(name)):
+                self._settled = False
+        straight = self._is_plain(where)
+        changes = []
+        for name, place in where.items():
+            panel, lines = self._panels[name], draw(name, scene, place.width, place.height)
+            if straight:
+                changes.append(panel.patch(lines, self._inks))
+            else:
+                panel.show(lines)
+        return "".join(changes)
+
+    def _is_plain(self, where: Container[str]) -> bool:
+        """Whether the panels lie on a terminal as they are: each where it belongs, nothing over them."""
+        if self.terminal is None or any(name in where for name in OVER) or len(self.screen_stack) > 1:
+            return False
+        if not self._settled:
+            self._settled = all(panel.stands for panel in self._panels.values())
+            self._inks = self._inks or inks_of(self)
+        return self._settled
 
 
 def _name(event: events.Key) -> str:

@@ -5,17 +5,23 @@ A dashboard of such widgets costs a quarter of one made of the ready ones (table
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rich.segment import Segment
 from rich.style import Style
 from textual.color import Color
 from textual.filter import ANSIToTruecolor
-from textual.geometry import Region
+from textual.geometry import NULL_REGION, Region
 from textual.strip import Strip
 from textual.widget import Widget
 
 from bench.screen import text
+from bench.screen.ink import RESET, Inks, rewrite
 from bench.screen.layout import Place
 from bench.screen.text import Line, width_of
+
+if TYPE_CHECKING:
+    from textual.app import App
 
 BACKGROUND, FOREGROUND = "#10141a", "#c8d0d8"
 _GROUND = Color.parse(BACKGROUND)
@@ -42,44 +48,60 @@ STYLES = {role: Style(bgcolor=BACKGROUND) + style for role, style in _COLOURS.it
 
 
 class Panel(Widget):
-    """Lines at a place. `show` takes them 20 times a second and repaints those that are new."""
+    """Lines at a place. `show` or `patch` takes them 20 times a second; only those that are new are drawn."""
 
     DEFAULT_CSS = "Panel { position: absolute; }"
 
     def __init__(self, name: str) -> None:
         super().__init__(name=name, id=name)
         self._lines: list[Line] = []
-        self._strips: list[Strip] = []
+        self._strips: list[Strip | None] = []
         self._place: Place | None = None
         self.display = False
 
-    def put(self, place: Place | None) -> None:
-        """Stand there from now on; None hides the panel."""
+    @property
+    def stands(self) -> bool:
+        """Whether Textual has drawn the panel where it was put, or has taken it away."""
+        return self.region == (self._place or NULL_REGION)
+
+    def put(self, place: Place | None) -> bool:
+        """Stand there from now on; None hides the panel. Whether that is somewhere else."""
         if place == self._place:
-            return
+            return False
         self._place = place
         self.display = place is not None
         if place is not None:
             self.styles.offset = (place.x, place.y)
             self.styles.width, self.styles.height = place.width, place.height
+        return True
 
     def show(self, lines: list[Line]) -> None:
-        """Replace the lines."""
-        old = self._lines
-        if len(lines) != len(old):
-            self._strips = [_strip(line) for line in lines]
-            self._lines = lines
+        """Replace the lines, and have Textual draw what is new."""
+        if len(lines) != len(self._lines):
+            self._lines, self._strips = lines, [None] * len(lines)
             self.refresh()
             return
         width = self.size.width
-        changed = []
-        for y, line in enumerate(lines):
-            if line != old[y]:
-                self._strips[y] = _strip(line)
-                changed.append(Region(0, y, width, 1))
+        changed = [Region(0, y, width, 1) for y, _ in self._renew(lines)]
         if changed:
-            self._lines = lines
             self.refresh(*changed)
+
+    def patch(self, lines: list[Line], inks: Inks) -> str:
+        """Replace the lines. What draws the new ones where the panel `stands` on a terminal with nothing over it."""
+        place = self._place
+        if place is None or len(lines) != len(self._lines):
+            self.show(lines)
+            return ""
+        return "".join([rewrite(place.x, place.y + y, old, lines[y], inks) for y, old in self._renew(lines)])
+
+    def _renew(self, lines: list[Line]) -> list[tuple[int, Line]]:
+        """Take as many lines as there were. Rows that are new, each with what it was."""
+        before = self._lines
+        changed = [(y, old) for y, old in enumerate(before) if old != lines[y]]
+        for y, _ in changed:
+            self._strips[y] = None
+        self._lines = lines
+        return changed
 
     def render_lines(self, crop: Region) -> list[Strip]:
         """These rows, without what Textual does for borders, padding and styles: there are none."""
@@ -93,7 +115,25 @@ class Panel(Widget):
 
     def render_line(self, y: int) -> Strip:
         """One row, as Textual asks for it."""
-        return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width, STYLES[text.PLAIN])
+        if y >= len(self._lines):
+            return Strip.blank(self.size.width, STYLES[text.PLAIN])
+        strip = self._strips[y]
+        if strip is None:
+            strip = self._strips[y] = _strip(self._lines[y])
+        return strip
+
+
+def inks_of(app: App[None]) -> Inks:
+    """What sets each role's colours on the app's terminal, as Textual would: in as many as there are, or in none."""
+    inks = {}
+    for role, style in STYLES.items():
+        strip = Strip([Segment("x", style)], 1)
+        for filter in app.get_line_filters():
+            if not isinstance(filter, ANSIToTruecolor):
+                strip = strip.apply_filter(filter, _GROUND)
+        codes = strip.render(app.console).partition("x")[0]
+        inks[role] = RESET + codes
+    return inks
 
 
 def _strip(line: Line) -> Strip:

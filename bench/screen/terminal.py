@@ -34,6 +34,8 @@ PATIENCE_S = 1.0
 """So long the last words to a terminal may take."""
 REPEATING = frozenset(MOTION) | {"space", "backspace", "delete", "home", "end", "pageup", "pagedown", "tab", *"+-.,[]"}
 """Keys that may repeat where a terminal tells repeats. Any other that is held down counts once: Enter arms."""
+ONE_PICTURE, PICTURE_ENDS = "\x1b[?2026h", "\x1b[?2026l"
+"""Synchronised output, for terminals that say that they know it: nobody sees half of a frame."""
 MOUSE_ON, MOUSE_OFF = "\x1b[?1002h\x1b[?1006h", "\x1b[?1002l\x1b[?1006l"
 """Presses, releases and drags, in SGR form; movement without a button is nobody's business."""
 
@@ -103,6 +105,7 @@ class Terminal(LinuxDriver):
         self._guardian: Guardian | None = None
         self._in_use = False
         self._pointer_on = False
+        self._synchronises = False
         self.lost_writes = False
         """Something was left out: the screen has to be drawn whole, once it is taken again."""
         self.continued = False
@@ -128,6 +131,13 @@ class Terminal(LinuxDriver):
             writer._queue.put(data, block=patience_s > 0.0, timeout=patience_s)
         except Full:
             self.lost_writes = True
+
+    def paint(self, picture: str, question: str = "") -> None:
+        """Write the changes of one picture, of which nobody shall see a part, and what is to be asked: as one write."""
+        if picture and self._synchronises:
+            picture = ONE_PICTURE + picture + PICTURE_ENDS
+        if picture or question:
+            self.write(question + picture)
 
     def close(self) -> None:
         """End the writer's thread, which may be waiting for a terminal that never takes its bytes."""
@@ -231,6 +241,7 @@ class Terminal(LinuxDriver):
             case sent.Pasted(text):
                 return events.Paste(text)
             case sent.Mode(2026, setting) if setting > 0:
+                self._synchronises = True
                 return messages.TerminalSupportsSynchronizedOutput()
         return None
 

@@ -44,6 +44,8 @@ PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
     "notice": notice,
 }
 """Every panel by the name that `layout` uses: a function of scene, width and height."""
+OVER = ("dialog", "notice")
+"""Those that lie over others."""
 
 
 def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
