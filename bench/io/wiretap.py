@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
 from bench import rc_decode
 from bench.base import RC_PAUSE_US
 from bench.canbus.bits import frame_bits
-from bench.canbus.table import Field
+from bench.canbus.table import Message
 from bench.config import Robot
 from bench.messages import CanFrame, RcEvent, RcFrame, RcLinkStatistics, RcNoise, TickOutput
 from bench.motors import family
@@ -165,10 +165,8 @@ class Wiretap:
                 self._take_rc(out.rc, tick)
             if out.core_to_base or out.base_to_core:
                 self._take_core(out, tick)
-            for frame in out.can_commands:
-                self._take_can(frame, tick)
-            for frame in out.can_feedback:
-                self._take_can(frame, tick)
+            self._take_can(out.can_commands, tick)
+            self._take_can(out.can_feedback, tick)
             if (tick + 1) % MARK_TICKS == 0:
                 self._mark(tick + 1)
 
@@ -207,36 +205,37 @@ class Wiretap:
         rows = [self._row(row, seconds, log > 0) for row in self._rows.values()]
         rows.sort(key=_place)
         about = {RC: f"{self._rc_name} {self._rc_line}".strip(), CAN: "1 Mbit/s", CORE: f"{CORE_BAUD} 8N1"}
-        sums = tuple(
-            WireSum(
-                wire,
-                about[wire],
-                sum(row.frames for row in rows if row.wire == wire),
-                sum(row.rate_hz for row in rows if row.wire == wire),
-                sum(row.load for row in rows if row.wire == wire),
-                self._errors[wire],
-            )
-            for wire in ORDER
-        )
-        return WireTable(self._tick, sums, tuple(rows), tuple(self._log)[-log:] if log else ())
+        sums = []
+        for wire in ORDER:
+            own = [row for row in rows if row.wire == wire]
+            frames, rate_hz = sum([row.frames for row in own]), sum([row.rate_hz for row in own])
+            load = sum([row.load for row in own])
+            sums.append(WireSum(wire, about[wire], frames, rate_hz, load, self._errors[wire]))
+        return WireTable(self._tick, tuple(sums), tuple(rows), tuple(self._log)[-log:] if log else ())
 
     # --- counting ------------------------------------------------------------------------------------------------
 
-    def _take_can(self, frame: CanFrame, tick: int) -> None:
-        can_id, data = frame
-        row = self._can.get(can_id)
-        if row is None:
-            found = self._found(CAN, can_id, f"{can_id:03X}", lambda: self._can_words.name(can_id))
-            if found is None:
-                self._errors[CAN] += 1
-                return
-            row = self._can[can_id] = found
-        if row.count % MEASURED_EVERY == 0:
-            row.latest_bits = frame_bits(can_id, data)
-        row.count += 1
-        row.bits += row.latest_bits
-        row.tick, row.data = tick, data
-        self._unlogged.append((tick, row, data, None))
+    def _take_can(self, frames: Iterable[CanFrame], tick: int) -> None:
+        rows, note = self._can, self._unlogged.append
+        for can_id, data in frames:
+            row = rows.get(can_id)
+            if row is None:
+                row = self._can_row(can_id)
+                if row is None:
+                    self._errors[CAN] += 1
+                    continue
+            if row.count % MEASURED_EVERY == 0:
+                row.latest_bits = frame_bits(can_id, data)
+            row.count += 1
+            row.bits += row.latest_bits
+            row.tick, row.data = tick, data
+            note((tick, row, data, None))
+
+    def _can_row(self, can_id: int) -> _Row | None:
+        row = self._found(CAN, can_id, f"{can_id:03X}", lambda: self._can_words.name(can_id))
+        if row is not None:
+            self._can[can_id] = row
+        return row
 
     def _take_rc(self, data: bytes, tick: int) -> None:
         self._rc_total += len(data)
@@ -362,11 +361,16 @@ def _place(row: WireRow) -> tuple[int, str, bool]:
     return ORDER.index(row.wire), row.key[2:] if is_core else row.key, is_core and row.key.startswith("<")
 
 
+_Form: TypeAlias = tuple[Message | None, str, tuple[Mapping[int, str], ...]]
+"""A message, its pattern for `%`, and what the values of its fields are called, where any has names."""
+
+
 class CanWords:
     """Names and contents of the motors' frames: by wheel, in the units of the wire."""
 
     def __init__(self, robot: Robot) -> None:
         self._family = family(robot)
+        self._forms: dict[tuple[int, int], _Form] = {}
         self._names = {0x200 + wheel.can_id: wheel.name for wheel in robot.wheels}
         self._names |= {0x200 + wheel.can_id: f"encoder {wheel.name}" for wheel in robot.dead_wheels}
 
@@ -381,23 +385,31 @@ class CanWords:
 
     def said(self, can_id: int, data: bytes) -> str:
         """Its fields in the order of its bytes, with their units; nothing where nobody knows them."""
-        message = self._family.message(can_id, len(data))
+        form = self._forms.get((can_id, len(data)))
+        if form is None:
+            form = self._forms[can_id, len(data)] = _form(self._family.message(can_id, len(data)))
+        message, pattern, words = form
         values = message.decode(data) if message is not None else None
-        if message is None or values is None:
+        if values is None:
             return ""
-        units = [_UNITS.get(one.suffix, one.suffix) for one in message.variables]
-        words = []
-        for place, (one, value) in enumerate(zip(message.variables, values, strict=True)):
-            is_last = place + 1 == len(units) or units[place + 1] != units[place]
-            words.append(_field(one, value) + (f" {units[place]}" if is_last and units[place] else ""))
-        return "  ".join(words)
+        if words:
+            return pattern % tuple(one.get(value, value) for one, value in zip(words, values, strict=True))
+        return pattern % values
 
 
-def _field(one: Field, value: int) -> str:
-    """Its width does not change with its value: columns stand still."""
-    if one.words:
-        return f"{one.name} {one.words.get(value, value)}"
-    return f"{value:+6d}" if one.signed else f"{value:4d}"
+def _form(message: Message | None) -> _Form:
+    """How its values are put into words. A field's width does not change with its value: columns stand still."""
+    if message is None:
+        return None, "", ()
+    fields = message.variables
+    units = [_UNITS.get(one.suffix, one.suffix).replace("%", "%%") for one in fields]
+    parts = []
+    for place, one in enumerate(fields):
+        number = f"{one.name} %s" if one.words else "%+6d" if one.signed else "%4d"
+        is_last = place + 1 == len(units) or units[place + 1] != units[place]
+        parts.append(number + (f" {units[place]}" if is_last and units[place] else ""))
+    named = any(one.words for one in fields)
+    return message, "  ".join(parts), tuple(one.words for one in fields) if named else ()
 
 
 _UNITS = {"ma": "mA", "counts": "cnt", "mradps": "mrad/s", "degc": "°C"}

@@ -121,8 +121,7 @@ def _draw(view: _View, scene: Scene) -> None:
     canvas, snapshot = view.canvas, scene.snapshot
     for obstacle in scene.discs:
         _obstacle(view, obstacle)
-    for x_m, y_m in scene.trail:
-        canvas.dot(*view.at(x_m, y_m), TRAIL)
+    canvas.dots([view.at(x_m, y_m) for x_m, y_m in scene.trail], TRAIL)
     for x_m, y_m in scene.slips:
         canvas.sign(*view.at(x_m, y_m), "×", WARN)
     if scene.zoom:
@@ -207,10 +206,7 @@ def _robot(view: _View, scene: Scene) -> None:
         canvas.line(u, v, u + NOSE_DOTS * c, v + NOSE_DOTS * s, ROBOT)
         canvas.sign(u, v, ARROWS[round(pose.heading_rad / (math.pi / 4)) % 8], ROBOT)
         return
-    points = max(12, int(radius * 6))
-    for i in range(points):
-        angle = 2 * math.pi * i / points
-        canvas.dot(u + radius * math.cos(angle), v + radius * math.sin(angle), ROBOT)
+    canvas.dots([(u + radius * x, v + radius * y) for x, y in _circle(max(12, int(radius * 6)))], ROBOT)
     canvas.line(u, v, u + NOSE_RADII * radius * c, v + NOSE_RADII * radius * s, ROBOT)
     for bumper in pressed(scene):
         _bumper(view, bumper, scene.robot, pose)
@@ -221,6 +217,12 @@ def _robot(view: _View, scene: Scene) -> None:
         reach = wheel.radius_m * view.scale
         du, dv = reach * math.cos(heading), -reach * math.sin(heading)
         canvas.line(at_u - du, at_v - dv, at_u + du, at_v + dv, ROBOT)
+
+
+@lru_cache(maxsize=8)
+def _circle(points: int) -> list[tuple[float, float]]:
+    angles = [2 * math.pi * i / points for i in range(points)]
+    return [(math.cos(angle), math.sin(angle)) for angle in angles]
 
 
 def _bumper(view: _View, bumper: Bumper, robot: Robot, pose: Pose) -> None:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from functools import reduce
+import re
+from codecs import charmap_decode
+from collections.abc import Iterable
+from functools import lru_cache, reduce
 from operator import or_
 
-from bench.screen.text import PLAIN, Line
+from bench.screen.text import PLAIN, ROLES, Line
 
 _BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # Unicode braille patterns, by row and column
-_SIGNS = (" ", *(chr(0x2800 + bits) for bits in range(1, 256)))
+_SIGNS = " " + "".join(chr(0x2800 + bits) for bits in range(1, 256))
+_CODES = {role: code for code, role in enumerate(ROLES, 1)}
+"""Roles as bytes; 0 is that of an empty cell, which has none."""
+_RUN = re.compile(rb"\0*([^\0])(?:\1|\0)*", re.DOTALL)
+"""Cells with one role, and the empty ones among them and behind them; before them only in front of all."""
 _SPANS = tuple(
     tuple(
         tuple(reduce(or_, (_BITS[y][side] for y in range(first, last + 1)), 0) for last in range(4))
@@ -27,30 +34,43 @@ class Canvas:
         self.rows = rows
         self.width = columns * 2
         self.height = rows * 4
-        self._bits = [0] * (columns * rows)
-        self._roles = [PLAIN] * (columns * rows)
+        self._bits = bytearray(columns * rows)
+        self._roles = bytearray(columns * rows)
         self._signs: dict[int, tuple[str, str]] = {}
 
     def dot(self, u: float, v: float, role: str) -> None:
         """One dot, u to the right and v down."""
-        x, y = int(u // 1), int(v // 1)
-        if 0 <= x < self.width and 0 <= y < self.height:
-            cell = (y >> 2) * self.columns + (x >> 1)
-            self._bits[cell] |= _BITS[y & 3][x & 1]
-            self._roles[cell] = role
+        self.dots(((u, v),), role)
 
-    def column(self, x: int, first: int, last: int, role: str) -> None:
-        """Dots below each other in one column, `first` to `last`, cell by cell: a trace has thousands."""
-        if not 0 <= x < self.width:
-            return
-        first, last = max(first, 0), min(last, self.height - 1)
-        masks, columns, cell = _SPANS[x & 1], self.columns, (first >> 2) * self.columns + (x >> 1)
-        top = first & ~3
-        while top <= last:
-            self._bits[cell] |= masks[max(first - top, 0)][min(last - top, 3)]
-            self._roles[cell] = role
-            cell += columns
-            top += 4
+    def dots(self, points: Iterable[tuple[float, float]], role: str) -> None:
+        """Many dots, each (u, v)."""
+        bits, roles, columns, width, height = self._bits, self._roles, self.columns, self.width, self.height
+        code = _CODES[role]
+        for u, v in points:
+            x, y = int(u // 1), int(v // 1)
+            if 0 <= x < width and 0 <= y < height:
+                cell = (y >> 2) * columns + (x >> 1)
+                bits[cell] |= _BITS[y & 3][x & 1]
+                roles[cell] = code
+
+    def columns_of(self, spans: Iterable[tuple[int, int]], role: str) -> None:
+        """Dots below each other, `first` to `last`, in one column after the other: cell by cell, a trace has thousands.
+
+        (0, -1) is a column without a dot.
+        """
+        bits, roles, columns, code, bottom = self._bits, self._roles, self.columns, _CODES[role], self.height - 1
+        for x, (first, last) in zip(range(self.width), spans, strict=False):
+            if first < 0:
+                first = 0
+            if last > bottom:
+                last = bottom
+            masks, top = _SPANS[x & 1], first & ~3
+            cell = (first >> 2) * columns + (x >> 1)
+            while top <= last:
+                bits[cell] |= masks[first - top if first > top else 0][last - top if last < top + 3 else 3]
+                roles[cell] = code
+                cell += columns
+                top += 4
 
     def stipple(self, role: str, *, x: int | None = None, y: int | None = None) -> None:
         """A dotted line down column x, or along row y: a dot a cell."""
@@ -61,9 +81,10 @@ class Canvas:
             cells, bit = range(start, start + self.columns), _BITS[y & 3][0]
         else:
             return
+        code = _CODES[role]
         for cell in cells:
             self._bits[cell] |= bit
-            self._roles[cell] = role
+            self._roles[cell] = code
 
     def copy(self) -> Canvas:
         """One of its own with the same dots."""
@@ -76,8 +97,8 @@ class Canvas:
     def line(self, u0: float, v0: float, u1: float, v1: float, role: str) -> None:
         """A straight line of dots."""
         steps = max(1, round(max(abs(u1 - u0), abs(v1 - v0))))
-        for i in range(steps + 1):
-            self.dot(u0 + (u1 - u0) * i / steps, v0 + (v1 - v0) * i / steps, role)
+        du, dv = u1 - u0, v1 - v0
+        self.dots([(u0 + du * i / steps, v0 + dv * i / steps) for i in range(steps + 1)], role)
 
     def sign(self, u: float, v: float, sign: str, role: str) -> None:
         """A character in place of the dots of the cell where the point lies."""
@@ -86,30 +107,33 @@ class Canvas:
             self._signs[y * self.columns + x] = (sign, role)
 
     def lines(self) -> list[Line]:
-        """The picture, one line a row; an empty cell is a blank, which takes any role."""
-        signs: dict[int, dict[int, tuple[str, str]]] = {}
-        for cell, sign in self._signs.items():
-            signs.setdefault(cell // self.columns, {})[cell % self.columns] = sign
-        out = []
+        """The picture, one line a row, not to be changed; an empty cell is a blank, which takes any role."""
+        columns, bits, roles = self.columns, bytes(self._bits), bytes(self._roles)
+        lines = []
+        signs = self._signs_by_row()
         for row in range(self.rows):
-            start, end = row * self.columns, (row + 1) * self.columns
-            out.append(_line(self._bits[start:end], self._roles[start:end], signs.get(row)))
-        return out
+            start, end = row * columns, (row + 1) * columns
+            lines.append(_line(bits[start:end], roles[start:end], signs.get(row, ())))
+        return lines
+
+    def _signs_by_row(self) -> dict[int, tuple[tuple[int, str, int], ...]]:
+        """(column, sign, code of its role) of each row that has any."""
+        signs: dict[int, tuple[tuple[int, str, int], ...]] = {}
+        for cell, (sign, role) in self._signs.items():
+            row, column = divmod(cell, self.columns)
+            signs[row] = (*signs.get(row, ()), (column, sign, _CODES[role]))
+        return signs
 
 
-def _line(bits: list[int], roles: list[str], signs: dict[int, tuple[str, str]] | None) -> Line:
-    """As few spans as can be: each one costs the terminal, and the screen more than its cells do."""
-    text = list(map(_SIGNS.__getitem__, bits))
-    for place, (sign, role) in signs.items() if signs else ():
-        text[place], roles[place], bits[place] = sign, role, 1
-    if not any(bits):
-        return [("".join(text), PLAIN)]
-    line: Line = []
-    start, role = 0, ""
-    for place, own in enumerate(roles):
-        if bits[place] and own != role:
-            if role:
-                line.append(("".join(text[start:place]), role))
-                start = place
-            role = own
-    return [*line, ("".join(text[start:]), role)]
+@lru_cache(maxsize=512)
+def _line(bits: bytes, roles: bytes, signs: tuple[tuple[int, str, int], ...]) -> Line:
+    """As few spans as can be: each one costs the terminal, and the screen more than its cells do. Most rows stand."""
+    text, codes = charmap_decode(bits, "strict", _SIGNS)[0], roles
+    if signs:
+        cells, own = list(text), bytearray(roles)
+        for column, sign, code in signs:
+            cells[column], own[column] = sign, code
+        text, codes = "".join(cells), bytes(own)
+    if not any(codes):
+        return [(text, PLAIN)]
+    return [(text[run.start() : run.end()], ROLES[run[1][0] - 1]) for run in _RUN.finditer(codes)]

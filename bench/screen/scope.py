@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from bench.io.scope import CAUGHT, FREE, TRIGGERED, WAITING, ScopePicture, Trace
 from bench.screen.canvas import Canvas
@@ -36,6 +36,8 @@ UNITS = {
 _STATES = {FREE: "runs free", TRIGGERED: "triggered", WAITING: "waits for its trigger", CAUGHT: "caught one"}
 _TRIGGER_WORDS = ("mode", "edge", "level", "time across")
 _MENU_ROWS = 8
+_GAP = (0, -1)
+"""The rows of a column without a value."""
 
 
 def scope(scene: Scene, width: int, height: int) -> list[Line]:
@@ -98,17 +100,26 @@ def _lanes(picture: ScopePicture, width: int, rows: int) -> list[Line]:
     each, more = divmod(rows, len(traces))
     if each < 2:
         return [[(" too low for a picture; a taller terminal shows it", WARN)]][: max(rows, 0)]
-    by_unit: dict[str, list[Trace]] = {}
+    # Lanes with one unit have one scale: what is wanted and what is compare by eye.
+    lows: dict[str, list[float]] = {}
+    highs: dict[str, list[float]] = {}
     for trace in traces:
-        by_unit.setdefault(unit_of(trace.name) or trace.name, []).append(trace)
+        unit = unit_of(trace.name) or trace.name
+        lows.setdefault(unit, []).extend(_extreme(trace.low, min))
+        highs.setdefault(unit, []).extend(_extreme(trace.high, max))
     lines: list[Line] = []
     for place, trace in enumerate(traces):
-        # Lanes with one unit have one scale: what is wanted and what is compare by eye.
-        alike = by_unit[unit_of(trace.name) or trace.name]
-        low = min((value for one in alike for value in one.low if value == value), default=math.nan)
-        high = max((value for one in alike for value in one.high if value == value), default=math.nan)
-        lines += _lane(picture, place, bounds(low, high), width, each + (place < more))
+        unit = unit_of(trace.name) or trace.name
+        scale = bounds(min(lows[unit], default=math.nan), max(highs[unit], default=math.nan))
+        lines += _lane(picture, place, scale, width, each + (place < more))
     return lines
+
+
+def _extreme(values: Sequence[float], choose: Callable[[Sequence[float]], float]) -> tuple[float, ...]:
+    """The least, or the greatest, of all columns that have a value; nothing where none has."""
+    if any(map(math.isnan, values)):
+        values = [value for value in values if value == value]
+    return (choose(values),) if values else ()
 
 
 def _lane(picture: ScopePicture, place: int, scale: tuple[float, float], width: int, rows: int) -> list[Line]:
@@ -145,20 +156,24 @@ def _grid(canvas: Canvas, picture: ScopePicture, scale: tuple[float, float], per
 
 def _draw(canvas: Canvas, trace: Trace, least: float, per_dot: float, role: str) -> None:
     """Column by column from the least to the greatest, and up to where the one before it ended."""
-    bottom, count = canvas.height - 1, len(trace.low)
-    before: tuple[int, int] | None = None
-    for x in range(canvas.width):
-        column = x * count // canvas.width
-        low, high = trace.low[column], trace.high[column]
-        if low != low:
-            before = None
-            continue
-        first, last = bottom - round((high - least) / per_dot), bottom - round((low - least) / per_dot)
-        start, end = first, last
-        if before is not None:
-            start, end = min(first, before[1] + 1), max(last, before[0] - 1)
-        canvas.column(x, start, end, role)
-        before = first, last
+    bottom, count, width = canvas.height - 1, len(trace.low), canvas.width
+    rows = [
+        (bottom - round((high - least) / per_dot), bottom - round((low - least) / per_dot)) if low == low else _GAP
+        for low, high in zip(trace.low, trace.high, strict=True)
+    ]
+    spans = []
+    before = _GAP
+    for x in range(width):
+        now = rows[x * count // width]
+        first, last = now
+        if now is not _GAP and before is not _GAP:
+            if before[1] < first - 1:
+                first = before[1] + 1
+            if before[0] > last + 1:
+                last = before[0] - 1
+        spans.append((first, last))
+        before = now
+    canvas.columns_of(spans, role)
 
 
 def _time(picture: ScopePicture, width: int) -> Line:

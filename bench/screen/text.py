@@ -34,7 +34,7 @@ def plain(line: Line) -> str:
 
 def width_of(line: Line) -> int:
     """How many cells the line takes."""
-    return sum(len(text) for text, _ in line)
+    return len("".join([text for text, _ in line]))
 
 
 def fit(line: Line, width: int, fill: str = PLAIN) -> Line:
