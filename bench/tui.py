@@ -251,7 +251,7 @@ class Dashboard(App[None], inherit_bindings=False):
             return False
         if not self._settled:
             self._settled = all(panel.stands for panel in self._panels.values())
-            self._inks = self._inks or inks_of(self)
+            self._inks = self._inks or inks_of(self.console, self.get_line_filters())
         return self._settled
 
 

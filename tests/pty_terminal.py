@@ -43,6 +43,11 @@ class PtyTerminal:
 
         fcntl.ioctl(descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
 
+    def resize(self, rows, columns):
+        """The window gets another size, and the program is told."""
+        self._size(self.master, rows, columns)
+        os.kill(self.child.pid, signal.SIGWINCH)  # no shell has made this its controlling terminal
+
     def type(self, data):
         end = time.monotonic() + DEADLINE_S
         while data:
@@ -115,3 +120,33 @@ class PtyTerminal:
             self.child.wait()
         if self.master is not None:
             os.close(self.master)
+
+
+_SEQUENCE = re.compile(r"\x1b\[([?<>=]?)([\d;]*)([A-Za-z])|\x1b[78]|\x1b.|\r|\n|[^\x1b\r\n]", re.DOTALL)
+
+
+def cells(output, rows, columns):
+    """What a blank screen shows after that output: of each cell its character and its colours (ECMA-48: CUP, SGR)."""
+    screen = [[(" ", "")] * columns for _ in range(rows)]
+    x, y, colours, saved = 0, 0, "", (0, 0)
+    for match in _SEQUENCE.finditer(output.decode("utf-8", "replace")):
+        word, (private, numbers, final) = match.group(), match.groups()
+        if final == "H" and not private:
+            y, x = (int(number or 1) - 1 for number in (numbers or "1;1").split(";"))
+        elif final == "m" and not private:
+            colours = "" if numbers in ("", "0") else ";".join(filter(None, (colours, numbers)))
+        elif final == "J":
+            screen = [[(" ", "")] * columns for _ in range(rows)]
+        elif word == "\x1b7":
+            saved = x, y
+        elif word == "\x1b8":
+            x, y = saved
+        elif word == "\r":
+            x = 0
+        elif word == "\n":
+            y += 1
+        elif not word.startswith("\x1b"):
+            if x < columns and y < rows:  # the program may not know yet that its window has shrunk
+                screen[y][x] = word, colours
+            x += 1
+    return screen

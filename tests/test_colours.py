@@ -1,18 +1,20 @@
 """Colours that survive: sixteen of them, none of them, and eyes that see fewer. Against WCAG and Machado et al."""
 
 import math
+import re
 from itertools import combinations
 
 import pytest
 from desk import at_the_keys, frame, piloted
 from rich.color import Color, ColorSystem
+from rich.console import Console
 from rich.segment import Segment
 from textual.color import Color as TextualColor
 from textual.filter import Monochrome
 from textual.geometry import Region
 
 from bench.screen import text
-from bench.screen.panel import BACKGROUND, STYLES
+from bench.screen.panel import BACKGROUND, STYLES, inks_of
 
 STATES = (text.GOOD, text.WARN, text.BAD_BADGE, text.GOOD_BADGE, text.WARN_BADGE)
 QUIET = (text.GRID,)
@@ -109,6 +111,7 @@ def test_the_dashboard_heeds_no_color(monkeypatch):
     def colours(app):
         title = app.query_one("#title")
         (strip,) = title.render_lines(Region(0, 0, title.size.width, 1))
+        inks.append("".join(inks_of(terminal, app.get_line_filters()).values()))
         return {color.get_truecolor() for segment in strip for color in (segment.style.color, segment.style.bgcolor)}
 
     async def steps(app, pilot):
@@ -116,9 +119,13 @@ def test_the_dashboard_heeds_no_color(monkeypatch):
         await pilot.pause()
         found.append(colours(app))
 
-    found = []
+    found, inks, terminal = [], [], Console(color_system="truecolor", force_terminal=True)
     piloted(at_the_keys(), steps)
     monkeypatch.setenv("NO_COLOR", "1")
     piloted(at_the_keys(), steps)
     assert any(len(set(colour)) > 1 for colour in found[0])
     assert all(len(set(colour)) == 1 for colour in found[1])
+    colourful, grey = (re.findall(r"[34]8;2;(\d+);(\d+);(\d+)", ink) for ink in inks)
+    assert any(len(set(colour)) > 1 for colour in colourful)
+    assert len(grey) == len(colourful)
+    assert all(len(set(colour)) == 1 for colour in grey)

@@ -6,9 +6,10 @@ import random
 import re
 import signal
 import time
+from operator import itemgetter
 
 import pytest
-from pty_terminal import PtyTerminal
+from pty_terminal import PtyTerminal, cells
 from test_terminal_input import NOISE, VECTORS
 
 from bench.check.reading import Recording
@@ -175,6 +176,27 @@ def test_no_bytes_crash_the_app_where_releases_are_told_and_a_closed_window_stop
     terminal.ended()
     assert b"Traceback" not in terminal.output
     assert stopped(tmp_path / "run")
+
+
+def test_what_is_written_past_textual_leaves_the_screen_as_textual_draws_it(opened):
+    terminal = opened(size=(30, 100))
+    since = len(terminal.output)
+    terminal.resize(24, 80)
+    terminal.serve(0.5)
+    arm(terminal, b"\r")
+    for keys in (b"www", b"2", b"w", b"3", b"4", b"?", b"?", b"1", b"x", b"\x1b[B", b"\x1b", b"qq", b"p"):
+        terminal.type(keys)
+        terminal.serve(0.3)
+    terminal.wait_for("PAUSED", since)
+    terminal.serve(0.5)
+    patched = cells(terminal.output[since:], 24, 80)
+    terminal.resize(30, 100)
+    terminal.serve(0.5)
+    since = len(terminal.output)
+    terminal.resize(24, 80)
+    terminal.serve(0.5)
+    whole = cells(terminal.output[since:], 24, 80)
+    assert patched == whole, "\n".join(f"{''.join(map(itemgetter(0), row))}" for row in patched + whole)
 
 
 def test_killed_outright_the_terminal_is_given_back_by_its_guardian(opened):

@@ -5,6 +5,7 @@ A dashboard of such widgets costs a quarter of one made of the ready ones (table
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.segment import Segment
@@ -21,7 +22,8 @@ from bench.screen.layout import Place
 from bench.screen.text import Line, width_of
 
 if TYPE_CHECKING:
-    from textual.app import App
+    from rich.console import Console
+    from textual.filter import LineFilter
 
 BACKGROUND, FOREGROUND = "#10141a", "#c8d0d8"
 _GROUND = Color.parse(BACKGROUND)
@@ -123,16 +125,15 @@ class Panel(Widget):
         return strip
 
 
-def inks_of(app: App[None]) -> Inks:
-    """What sets each role's colours on the app's terminal, as Textual would: in as many as there are, or in none."""
+def inks_of(console: Console, filters: Sequence[LineFilter]) -> Inks:
+    """What sets each role's colours, as Textual would on that console: in as many as there are, or in none."""
     inks = {}
     for role, style in STYLES.items():
         strip = Strip([Segment("x", style)], 1)
-        for filter in app.get_line_filters():
+        for filter in filters:
             if not isinstance(filter, ANSIToTruecolor):
                 strip = strip.apply_filter(filter, _GROUND)
-        codes = strip.render(app.console).partition("x")[0]
-        inks[role] = RESET + codes
+        inks[role] = RESET + strip.render(console).partition("x")[0]
     return inks
 
 
