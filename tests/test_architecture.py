@@ -22,7 +22,14 @@ ONLY_IN = {
     "datetime": (),
     "random": ("check/faulty/",),  # a seeded generator for each fault
     "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
-    "signal": ("cli/headless.py", "tui.py", "io/process_link.py", "io/errand.py", "check/crowd.py"),
+    "signal": (
+        "cli/headless.py",
+        "tui.py",
+        "io/process_child.py",
+        "io/process_link.py",
+        "io/errand.py",
+        "check/crowd.py",
+    ),
     "asyncio": ("screen/web.py",),  # whose turn it is, among pages; nothing of the bench
     "aiohttp": ("screen/web.py",),
     "textual_serve": ("screen/web.py",),

@@ -24,7 +24,9 @@ from bench.io.clock import wait_ns
 from bench.io.crossed import crossed
 from bench.io.emulated.devices import CoreOnLine, EscsOnBus, FirmwareOnPorts
 from bench.io.emulated.slcan import SlcanOnLine
-from bench.io.process_link import Prepared, ProcessLink
+from bench.io.process_child import Prepared
+from bench.io.process_link import ProcessLink
+from bench.io.process_wire import Beat
 from bench.io.roles import Limiter, OutBus, take_role
 from bench.io.serial_port import open_serial
 from bench.loop import simulated
@@ -627,7 +629,7 @@ def test_the_last_word_arrives_though_more_was_said_to_the_child_than_it_read():
     """A socket that is closed with unread messages resets its peer, before the peer has read what was sent to it."""
     link = paced(lambda: Prepared(simulated(M2006), None, (), lambda: "done"), ticks=3)
     for _ in range(100):  # it runs for three milliseconds and ends; these go on
-        link._tell("beat", None)
+        link._wire.tell(Beat())
         wait_ns(1_000_000)
     until(lambda: link.poll() or link.ended)
     assert link.result == "done"

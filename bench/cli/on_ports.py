@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bench.check.run import Run
-    from bench.io.process_link import Prepared, ProcessLink
+    from bench.io.process_child import Prepared
+    from bench.io.process_link import ProcessLink
 
 ROLE_HELP = "which part is real: sim (none), base (a firmware), core (a SLAMWARE core), motors"
 ARM_HELP = "real motors may move"
@@ -137,7 +138,7 @@ def wait_a_moment() -> None:
 def prepared(args: argparse.Namespace, job: Run) -> Prepared:
     """In the loop's own process: ports, recorder, and who follows the run."""
     from bench.check.summary import Summary
-    from bench.io.process_link import Prepared
+    from bench.io.process_child import Prepared
     from bench.io.roles import take_role
 
     # Late ticks bunch what came evenly; the recording of such a run can be checked afterwards (`wheelbench check`).

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bench.config import Robot
 from bench.kinematics import Kinematics
-from bench.messages import CanFrame, RcFrame, StateRow, TickOutput
+from bench.messages import CanFrame, RcFrame, Snapshot, StateRow, TickOutput
 from bench.slamware import FrameDecoder, SlamwareEvent
 
 TRAIL_PERIOD_TICKS = 50
@@ -29,6 +30,31 @@ class Wires:
     can_feedback: tuple[int, tuple[CanFrame, ...]] | None = None
     core_to_base: tuple[int, SlamwareEvent] | None = None
     base_to_core: tuple[int, SlamwareEvent] | None = None
+
+
+class Followed(ABC):
+    """What a link says to a screen through its follower (`_seen`)."""
+
+    _seen: Follower
+
+    @abstractmethod
+    def latest(self) -> Snapshot:
+        """The bench as it is after the last tick that is shown."""
+
+    @property
+    def wires(self) -> Wires:
+        """The last frames, as they are after that tick."""
+        return self._seen.wires(self.latest().rc_frame)
+
+    @property
+    def trail(self) -> Sequence[tuple[float, float]]:
+        """(x_m, y_m) of where the robot has been."""
+        return self._seen.trail
+
+    @property
+    def slips(self) -> Sequence[tuple[float, float]]:
+        """(x_m, y_m) of where a wheel slid over the floor, the newest last."""
+        return self._seen.slips
 
 
 class Follower:

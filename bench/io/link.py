@@ -16,7 +16,7 @@ from typing import Protocol, runtime_checkable
 from bench.check.faulty import FaultyWorld, Touch
 from bench.errors import EXIT_FAILED, BenchError
 from bench.io.clock import Pacer
-from bench.io.follower import Follower, Wires
+from bench.io.follower import Followed, Follower, Wires
 from bench.io.history import Event, History, LostInstant, Mark, Subject, join, mark_of
 from bench.io.tap import Look, Seen, Tap
 from bench.loop import Bench
@@ -29,6 +29,13 @@ class BenchStopped(BenchError):
     """A stage of the bench raised. The run ends there; its recording is closed and holds every tick before."""
 
     exit_status = EXIT_FAILED
+
+    @classmethod
+    def by(cls, error: Exception, tick: int) -> BenchStopped:
+        """What stopped it, and where: the last line of ours or of whoever was called."""
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{where.filename.rpartition('/')[2]}:{where.lineno}"
+        return cls(f"stopped at tick {tick}: {type(error).__name__} in {place}: {error}")
 
 
 class Taker(Protocol):
@@ -44,7 +51,7 @@ class _Closing(Protocol):
     def close(self) -> None: ...
 
 
-class InlineLink:
+class InlineLink(Followed):
     """A bench in the caller's own process: `advance` runs what the pacer grants, never more than its burst.
 
     `inputs` gives what enters each tick, in order, each once. `ticks` ends the run (None: endless). Every output goes
@@ -107,21 +114,6 @@ class InlineLink:
             self._snapshot = self.bench.snapshot()
         return self._snapshot
 
-    @property
-    def wires(self) -> Wires:
-        """The last frames, as they are after the last tick."""
-        return self._seen.wires(self.latest().rc_frame)
-
-    @property
-    def trail(self) -> Sequence[tuple[float, float]]:
-        """(x_m, y_m) of where the robot has been."""
-        return self._seen.trail
-
-    @property
-    def slips(self) -> Sequence[tuple[float, float]]:
-        """(x_m, y_m) of where a wheel slid over the floor, the newest last."""
-        return self._seen.slips
-
     def look(self, wanted: Look) -> Seen:
         """What was sampled of wires and signals before the instant that is shown."""
         return self._tap.look(wanted, self.bench.now_tick)
@@ -158,10 +150,7 @@ class InlineLink:
             self.close()
             if isinstance(error, BenchError) or not isinstance(error, Exception):
                 raise
-            where = traceback.extract_tb(error.__traceback__)[-1]
-            place = f"{where.filename.rpartition('/')[2]}:{where.lineno}"
-            tick = self.bench.now_tick
-            raise BenchStopped(f"stopped at tick {tick}: {type(error).__name__} in {place}: {error}") from error
+            raise BenchStopped.by(error, self.bench.now_tick) from error
         return ticks
 
     def see(self, tick: int) -> None:
