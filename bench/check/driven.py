@@ -63,6 +63,7 @@ class Driven:
             robot.file,
             profile_file,
             arena=arena_toml(arena) if arena != FIELD else "",
+            heard=getattr(self.bench.base, "log_lines", None),
         )
 
     @property

@@ -42,6 +42,11 @@ EXPECTED = {
 _MILLIS = tuple(f".{milli:03d}000)" for milli in range(1000))
 
 
+def stamp(tick: int) -> str:
+    """What a line begins with: the time of a tick."""
+    return f"({tick // 1000}{_MILLIS[tick % 1000]}"
+
+
 _EIGHT = {8}
 
 

@@ -9,6 +9,7 @@
     scenario.toml, faults.log                                where a scenario has faults or expectations: the file, and
                                                              (5.000000) "name" rc AA 08 -> -    each touch of a fault
     arena.toml                                               the arena, where it is not the plain field
+    firmware.log   (0.000000) | boot 7                       what a firmware printed, for people: a replay needs none
 
 Tick n is time n ms. A recording starts at tick 0 and holds every tick: it is all that a replay needs. Nothing in it
 depends on the machine, the Python version or the date. What has been written survives the death of the process.
@@ -17,13 +18,14 @@ depends on the machine, the Python version or the date. What has been written su
 from __future__ import annotations
 
 import errno
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
 
 from bench import __version__
+from bench.check.firmware_log import FIRMWARE_LOG, PrintedLine, printed_lines
 from bench.check.lines import (
     CAN_LOG,
     RC_LOG,
@@ -44,7 +46,7 @@ RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "pro
 SCENARIO_TOML, FAULTS_LOG, ARENA_TOML = "scenario.toml", "faults.log", "arena.toml"
 # can.log is written last: a tick that has begun there stands in the other files, wherever a run was cut off.
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
-FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG, ARENA_TOML)
+FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG, ARENA_TOML, FIRMWARE_LOG)
 
 BY_HAND = """schema = 1
 name = "by hand"
@@ -99,10 +101,11 @@ class RunInfo:
 class Recorder:
     """Writes one recording. A context manager; `close` ends the run.
 
-    `robot_file` and `profile_file` are copied in, `scenario` and `arena` are the texts of their files. The directory is
-    made; one that already holds something is refused unless `overwrite`, which removes the files of a recording and
-    nothing else, and never a golden. Raises RecordingError where the place cannot be written, at once or later from
-    `add`; what is on disk then stays.
+    `robot_file` and `profile_file` are copied in, `scenario` and `arena` are the texts of their files; `heard` gives
+    what a firmware has printed since the last call, and is told whether the run is over. The directory is made; one
+    that already holds something is refused unless `overwrite`, which removes the files of a recording and nothing else,
+    and never a golden. Raises RecordingError where the place cannot be written, at once or later from `add`; what is on
+    disk then stays.
     """
 
     def __init__(
@@ -115,6 +118,7 @@ class Recorder:
         *,
         scenario: bytes | None = None,
         arena: str = "",
+        heard: Callable[[bool], Sequence[PrintedLine]] | None = None,
         overwrite: bool = False,
     ) -> None:
         if not state_columns or state_columns[0] != "t_s":
@@ -124,6 +128,7 @@ class Recorder:
         """How many ticks are on disk."""
         self._block: list[TickOutput] = []
         self._files: dict[str, FileIO] = {}
+        self._heard = heard
         self._state = StateFormat(len(state_columns))
         header = (",".join(state_columns) + "\n").encode()
         copies = {ROBOT_TOML: read_bytes(robot_file)}
@@ -193,6 +198,7 @@ class Recorder:
             can_lines(ticks, commands, feedback),
         )
         try:
+            self._write_heard(is_over=False)  # first: what a firmware said is there where its frames are
             for name, text in zip(LOGS, texts, strict=True):
                 self._write(name, text.encode())
         except RecordingError:
@@ -207,6 +213,7 @@ class Recorder:
             return
         try:
             self.flush()
+            self._write_heard(is_over=True)
             # Appended, so that run.toml is whole at every instant.
             self._write(RUN_TOML, f"ticks = {self.ticks}\n".encode())
         finally:
@@ -223,6 +230,14 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _write_heard(self, is_over: bool) -> None:
+        lines = self._heard(is_over) if self._heard is not None else ()
+        if not lines:
+            return
+        if FIRMWARE_LOG not in self._files:
+            self._open(FIRMWARE_LOG)
+        self._write(FIRMWARE_LOG, printed_lines(lines).encode())
 
     def _open(self, name: str) -> None:
         path = self.directory / name

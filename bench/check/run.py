@@ -83,6 +83,7 @@ class Run:
             profile_file,
             scenario=self.scenario,
             arena=text,
+            heard=getattr(self.bench.base, "log_lines", None),
             overwrite=overwrite,
         )
 

@@ -32,6 +32,7 @@ def run(args: argparse.Namespace) -> int:
     """Compare, and hold the run's wires against each other; exit status 1 when something is not as it should be."""
     from bench.check.crosswire.finding import check_lines
     from bench.check.crosswire.recorded import outcomes_of
+    from bench.check.firmware_log import death
     from bench.check.golden import told
     from bench.check.reading import Recording
     from bench.config import ConfigError
@@ -47,10 +48,12 @@ def run(args: argparse.Namespace) -> int:
         outcomes, unread = outcomes_of(recording), []
     except ConfigError as error:  # a comparison needs no robot; what its wires should say of each other does
         outcomes, unread = [], [f"checks    not judged: {error}"]
+    died = death(args.run)
     if args.json:
-        print(json.dumps(found.as_dict() | {"checks": [outcome.as_dict() for outcome in outcomes]}))
+        facts = found.as_dict() | {"checks": [outcome.as_dict() for outcome in outcomes]}
+        print(json.dumps(facts | ({"died": died.as_dict()} if died else {})))
     else:
-        print("\n".join(found.lines + check_lines(outcomes) + unread))
+        print("\n".join(found.lines + check_lines(outcomes) + unread + (died.lines() if died else [])))
     return EXIT_OK if found.ok and all(outcome.ok for outcome in outcomes) else EXIT_FAILED
 
 

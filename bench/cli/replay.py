@@ -53,6 +53,7 @@ def run(args: argparse.Namespace) -> int:
     import tempfile
 
     from bench.check.conduct import shortcomings
+    from bench.check.firmware_log import death
     from bench.check.golden import Told, told
     from bench.check.reading import Recording
     from bench.check.run import from_source
@@ -114,6 +115,8 @@ def run(args: argparse.Namespace) -> int:
         if job.source is not None and not job.source.complete:
             cut_s = job.source.ticks / 1000
             print(f"cut       the recording was cut short at {cut_s:.3f} s; what follows is about that much")
+        if job.source is not None and (died := death(job.source.directory)) is not None:
+            print("\n".join(died.lines()))
         print("\n".join(summary.lines(job)))
         print(f"speed     {speed:.1f} times real time")
         if args.record:

@@ -135,7 +135,8 @@ def _commands(project: Project, compiler: str) -> list[list[str]]:
     sanitize = _SANITIZE if project.sanitize else ()
     include = [f"-I{path}" for path in (SHIM / "include", *project.include)]
     defines = [f"-D{define}" for define in project.defines]
-    theirs = [compiler, *_USUAL, *_ABI, _COUNTED, *sanitize, *include, *defines, *project.flags]
+    here = f"-fmacro-prefix-map={project.path.resolve().parent}/="  # __FILE__ is the same on another machine
+    theirs = [compiler, *_USUAL, *_ABI, _COUNTED, here, *sanitize, *include, *defines, *project.flags]
     ours = [compiler, *_USUAL, *_ABI, f"-I{SHIM / 'include'}", f"-I{SHIM}"]
     ours += ["-DWB_SANITIZE"] if project.sanitize else []
     link = [*sanitize]

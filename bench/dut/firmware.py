@@ -3,6 +3,7 @@
                  bytes
     in     0     | RC bytes u16 | SLAMWARE bytes u16 | frames u16 | 0 | frames, 11 each | RC bytes | SLAMWARE bytes |
     out    0     | 0 | frames u8 | SLAMWARE bytes u16 | frames, 11 each | SLAMWARE bytes |
+    out    0     | 2 | the same, from a firmware that has printed: see `output`
     out    0     | 1 | a fault: see `trouble` |
     frame        | identifier u16 | length u8 | data, 8 |
 
@@ -21,12 +22,14 @@ from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
+from bench.check.firmware_log import PrintedLine
 from bench.config import Robot
 from bench.dut.build import Built, build
 from bench.dut.one_core import REVIEW_TICKS, OneCore
+from bench.dut.output import Output
 from bench.dut.project import load_project
 from bench.dut.server import Server, server_of
-from bench.dut.trouble import Fault, Stalled, sentence
+from bench.dut.trouble import Fault, Stalled, told
 from bench.errors import ControllerFailed
 from bench.messages import CanFrame
 
@@ -42,8 +45,7 @@ _ANSWER = struct.Struct("<BBH")
 _ONE_ANSWER = struct.Struct("<4x" + _FRAME)
 _ONE_FRAME = struct.Struct("<" + _FRAME)
 _LARGEST_ANSWER = 65536
-_OUTPUT_SHOWN = 1 << 16
-_ANSWERED, _FAULT = 0, 1
+_ANSWERED, _FAULT, _PRINTED = 0, 1, 2
 
 
 @lru_cache(maxsize=64)
@@ -80,10 +82,10 @@ class FirmwareBase:
         self._patience_s = PATIENCE_MS / 1000.0
         patience = struct.pack("ll", PATIENCE_MS // 1000, PATIENCE_MS % 1000 * 1000)
         self._link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, patience)
-        self._output = os.memfd_create("output")
+        self._output = Output(watches_reports=built.project.sanitize)
         self._release = weakref.finalize(self, _release, self._link, self._output)
         try:
-            self.pid = self._server.fork(theirs.fileno(), self._output)
+            self.pid = self._server.fork(theirs.fileno(), self._output.file)
         finally:
             theirs.close()
         self._buffer = bytearray(_LARGEST_ANSWER)
@@ -122,8 +124,13 @@ class FirmwareBase:
 
     def output(self) -> str:
         """The last that the firmware has printed until now, at most 64 KiB."""
-        size = os.fstat(self._output).st_size
-        return os.pread(self._output, _OUTPUT_SHOWN, max(0, size - _OUTPUT_SHOWN)).decode("utf-8", "replace")
+        return self._output.text()
+
+    def log_lines(self, is_over: bool = False) -> list[PrintedLine]:
+        """What it has printed since the last call, and how it died; for the recording's firmware.log."""
+        if is_over and self._failed is None:
+            self._output.end()
+        return self._output.new_lines()
 
     def processor_s(self) -> float:
         """Processor time that the firmware has used."""
@@ -138,8 +145,10 @@ class FirmwareBase:
 
     def _taken(self, tick: int, size: int) -> tuple[tuple[CanFrame, ...], bytes]:
         buffer = self._buffer
-        if size >= _ANSWER.size and buffer[0] == _ANSWERED:
-            _, count, said = _ANSWER.unpack_from(buffer)
+        if size >= _ANSWER.size and buffer[0] in (_ANSWERED, _PRINTED):
+            kind, count, said = _ANSWER.unpack_from(buffer)
+            if kind == _PRINTED:
+                self._output.take(tick)
             end = _ANSWER.size + _ONE_FRAME.size * count
             if size == end + said:
                 frames = [_ONE_FRAME.unpack_from(buffer, at) for at in range(_ANSWER.size, end, _ONE_FRAME.size)]
@@ -170,14 +179,17 @@ class FirmwareBase:
                 os.kill(self.pid, SIGKILL)
             self._link.close()
             status = self._server.ended(self.pid)
-            text = sentence(self._project, self.program, tick, status, fault, stalled, self.output())
-            self._failed = ControllerFailed(text)
+            self._output.take(tick)
+            what, below = told(self._project, self.program, status, fault, stalled, self.output())
+            self._output.died(tick, f"the firmware {what}")
+            when = f"{self._project.path.name}: at tick {tick} ({tick / 1000:.3f} s)"
+            self._failed = ControllerFailed(f"{when} the firmware {what}{below}")
         return self._failed
 
 
-def _release(link: socket.socket, output: int) -> None:
+def _release(link: socket.socket, output: Output) -> None:
     link.close()
-    os.close(output)
+    output.close()
 
 
 def _processor_time(pid: int) -> tuple[bool, float]:

@@ -76,22 +76,14 @@ class Fault(NamedTuple):
         return cls(reason, signal, address, tuple(callers[: min(count, len(callers))]), text)
 
 
-def sentence(
-    project: Project,
-    program: Path,
-    tick: int,
-    status: int | None,
-    fault: Fault | None,
-    stalled: Stalled | None,
-    output: str,
-) -> str:
-    """One sentence; below it the sanitizer's report, or the last lines that the firmware printed."""
-    when = f"{project.path.name}: at tick {tick} ({tick / 1000:.3f} s) the firmware"
+def told(
+    project: Project, program: Path, status: int | None, fault: Fault | None, stalled: Stalled | None, output: str
+) -> tuple[str, str]:
+    """What it did, in a sentence; and below it the sanitizer's report, or the last lines that the firmware printed."""
     said, report = _parted(output) if project.sanitize else (output, "")
-    what = _what(project, program, status, fault, stalled, report)
     below = _last_lines("the sanitizer's own words", _own_lines(report)) if report else ""
     below += _last_lines("its last output", said.splitlines()[-_LAST_LINES:]) if said.strip() else ""
-    return f"{when} {what}{below}"
+    return _what(project, program, status, fault, stalled, report), below
 
 
 def _what(
