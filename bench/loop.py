@@ -178,7 +178,7 @@ def _foreign_snapshot(bench: Bench) -> Snapshot:
         link_reason=link.reason if link else "this robot takes the core alone",
         link_age_ms=link.age_ticks(last_tick) if link else None,
         armed=False,
-        why_disarmed="only this base knows whether it is armed",
+        why_disarmed="only the base itself knows",
         driver=FOREIGN_BASE,
         field_centric=False,
         sticks=onlooker.sticks,

@@ -17,6 +17,8 @@ from desk import M2006, Granted, pass_ticks
 from bench.__main__ import main
 from bench.check.failsafe import RED, losses, run_cell
 from bench.check.reading import Recording
+from bench.check.recording import RunInfo
+from bench.check.run import Run
 from bench.config import load_robot
 from bench.dut import firmware as firmware_module
 from bench.dut.build import folder_of
@@ -28,7 +30,9 @@ from bench.loop import Bench, simulated
 from bench.messages import TickInput
 from bench.screen.keyboard import Keyboard
 from bench.screen.session import Session
+from bench.screen.stage import to_drive
 from bench.screen.status import status
+from bench.screen.view import picture
 from bench.screen.wheels import wheels
 from bench.slamware import FrameDecoder
 
@@ -577,7 +581,40 @@ def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
     assert any("odo off" in line and "mm" not in line for line in text)
     assert any(line.startswith(" front right       - ") for line in text)
     assert not any("ARMED" in line or "robot-centric" in line for line in text)
-    assert link.history.why_blind == "the base is foreign, so it cannot be taken back"
+
+
+def test_in_the_dashboard_firmware_pauses_and_steps_on_and_says_that_it_does_not_go_back(tmp_path):
+    """Every key of time: one sentence each, and the run goes on."""
+    fixed = firmware_of(EXAMPLES / "superloop" / "fixed.toml")
+    keyboard = Keyboard(M2006.rc)
+    bench = Bench(fixed(M2006), simulated(M2006).world)
+    job = Run("mine", bench, 0, keyboard.inputs, RunInfo(M2006.name, M2006.rc.name))
+    stage = to_drive(job, keyboard, Granted())
+    session = Session(stage.link, keyboard=keyboard, job=job, agree=stage.agree)
+    link = session.link
+
+    def said(key):
+        session.key(key)
+        return " ".join("\n".join(picture(session.scene(), 200, 60)[-3:]).split())
+
+    pass_ticks(session, 300)
+    assert ". one tick on · P go on" in said("p")
+    session.key("p")
+    assert "a foreign base cannot be taken back in time: P stands still and goes on, . steps on" in said(",")
+    assert not link.paused
+    session.key("p")
+    for key in ("left", "up", "home", ","):
+        assert "a foreign base cannot be taken back in time" in said(key), key
+        assert link.now_tick == link.newest_tick == 300
+    assert "so there is nothing to drive on from" in said("g")
+    assert "no golden: a foreign base cannot be taken back in time" in said("b")
+    assert "record it from its start: --record DIR" in said("r")
+    session.key(".")
+    assert link.newest_tick == 301
+    session.key("p")
+    pass_ticks(session, 50)
+    assert link.newest_tick == 351
+    assert session.failure is None
 
 
 def test_a_crash_under_the_dashboard_is_the_same_sentence(bad):

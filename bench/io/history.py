@@ -158,8 +158,8 @@ class History:
         try:
             self._take(subject)
         except (pickle.PicklingError, TypeError, AttributeError):
-            what = "the base is foreign" if subject.bench.onlooker else "a fault of this run waits for a condition"
-            self.why_blind = f"{what}, so it cannot be taken back"
+            what = "a foreign base" if subject.bench.onlooker else "a run with a fault that waits for a condition"
+            self.why_blind = f"{what} cannot be taken back in time"
         self.note = self.inputs.add
         """(tick, what enters it)."""
 

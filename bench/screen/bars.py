@@ -101,8 +101,11 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     if scene.notice and not notice_rows(scene, width):
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
     if scene.pace.paused or scene.pace.behind_ticks:
-        long = _keys(("← →", "0.1 s"), ("↑ ↓", "1 s"), (", .", "tick"), ("G", "drive on from here"), ("P", "go on"))
-        short = _keys(("← → , .", "time"), ("G", "fork"), ("P", "on"))
+        step, on = [(".", "one tick on")] if scene.pace.steps else [], ("P", "go on")
+        long = short = _keys(*step, on)
+        if scene.pace.goes_back:
+            long = _keys(("← →", "0.1 s"), ("↑ ↓", "1 s"), (", .", "tick"), ("G", "drive on from here"), on)
+            short = _keys(("← → , .", "time"), ("G", "fork"), ("P", "on"))
         return [both_ends(long if width_of(long) + 2 + width_of(always) <= width else short, always, width)]
     if hands is None:
         return [both_ends(_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]

@@ -28,6 +28,10 @@ class Pace:
     paused: bool = False
     behind_ticks: int = 0
     """By how much the instant that is shown lies before the newest."""
+    steps: bool = True
+    """Whether it can be run tick by tick: simulated time can."""
+    goes_back: bool = True
+    """Whether earlier instants can be shown."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,10 +168,19 @@ class Working:
 
     # --- time ----------------------------------------------------------------------------------------------------
 
+    @property
+    def goes_back(self) -> bool:
+        """Whether an earlier instant can be shown."""
+        history = self._session.link.history
+        return history is not None and not history.why_blind
+
     def _go(self, key: str) -> str:
         """To another instant of the run. Running, it stands still first."""
         session = self._session
         link = session.link
+        if key != "." and not self.goes_back:
+            why = link.history.why_blind if link.history is not None else "this run cannot be taken back in time"
+            return f"{why}: P stands still and goes on" + ", . steps on" * isinstance(link, InlineLink)
         if not session.stands:
             session.pause()
             if key == ".":
@@ -195,12 +204,14 @@ class Working:
         """Drive on from the instant that is shown."""
         session = self._session
         link = session.link
+        if not isinstance(link, InlineLink) or link.history is None:
+            return "this run cannot be taken back in time, so there is nothing to drive on from"
+        if link.history.why_blind:
+            return f"{link.history.why_blind}, so there is nothing to drive on from"
         if not session.stands:
             return "P stands still, ← → , . go back; then G drives on from there"
         if session.keyboard is not None and not link.looks_back:
             return "this is the newest instant: P goes on from here"
-        if not isinstance(link, InlineLink) or link.history is None or link.history.why_blind:
-            return "this run cannot be taken back"
         if isinstance(link.bench.world.motors, RecordedMotors):
             return "its motors are a recording's; open it without --can recorded to drive on"
         recorded = self.tape is not None
@@ -263,7 +274,11 @@ class Working:
     def _new_tape(self, job: Run, directory: Path) -> Tape:
         link = self._session.link
         history = link.history if link.newest_tick else None
-        if link.newest_tick and (history is None or history.why_blind or history.first):
+        if history is not None and history.why_blind:
+            raise LostInstant(
+                f"{history.why_blind}; record it from its start: --record DIR"
+            )
+        if link.newest_tick and (history is None or history.first):
             raise LostInstant("the beginning of this run is no longer held")
         return Tape(job.recorder(directory), history, [text for _, text in self._faults], self._seed)
 
