@@ -275,9 +275,7 @@ class Working:
         link = self._session.link
         history = link.history if link.newest_tick else None
         if history is not None and history.why_blind:
-            raise LostInstant(
-                f"{history.why_blind}; record it from its start: --record DIR"
-            )
+            raise LostInstant(f"{history.why_blind}; record it from its start: --record DIR")
         if link.newest_tick and (history is None or history.first):
             raise LostInstant("the beginning of this run is no longer held")
         return Tape(job.recorder(directory), history, [text for _, text in self._faults], self._seed)
