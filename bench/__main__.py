@@ -124,12 +124,16 @@ def _parser(verb: str) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=_version())
     verbs = parser.add_subparsers(dest="verb", metavar="VERB")
     for name, help_text in VERBS.items():
-        sub = verbs.add_parser(name, help=help_text, description=help_text[0].upper() + help_text[1:] + ".")
+        sub = verbs.add_parser(name, help=help_text, description=_sentence(help_text))
         if name == verb:
             module = importlib.import_module(f"bench.cli.{name}")
             module.add_arguments(sub)
             sub.set_defaults(run_verb=module.run, parser=sub)
     return parser
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:] + ("" if text.endswith("?") else ".")
 
 
 def _version() -> str:

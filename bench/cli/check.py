@@ -58,15 +58,22 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _pin(args: argparse.Namespace) -> int:
-    from bench.check.golden import pin
-    from bench.errors import EXIT_OK, UsageError
+    from bench.errors import UsageError
 
     if args.golden is None:
         raise UsageError("--update-pinned: say which golden: wheelbench check RUN GOLDEN --update-pinned")
-    changed = pin(args.run, args.golden)
-    if args.json:
-        print(json.dumps({"pinned": str(args.golden), "changed": changed.as_dict() if changed else None}))
+    return pin_and_tell(args.run, args.golden, args.json)
+
+
+def pin_and_tell(run: Path, golden: Path, as_json: bool) -> int:
+    """Make a recording the golden, print what that changes, and give the exit status."""
+    from bench.check.golden import pin
+    from bench.errors import EXIT_OK
+
+    changed = pin(run, golden)
+    if as_json:
+        print(json.dumps({"pinned": str(golden), "changed": changed.as_dict() if changed else None}))
     else:
         print("\n".join(changed.lines) if changed else "pinned for the first time")
-        print(f"pinned: {args.golden}")
+        print(f"pinned: {golden}")
     return EXIT_OK

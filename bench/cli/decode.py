@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="FILE", type=Path, help="raw bytes, with byte times in FILE's .json if there is one"
     )
-    parser.add_argument("--robot", metavar="R", help="the robot whose file says what is on its bus")
+    parser.add_argument("--robot", metavar="R", help="of a CAN log: the robot whose file says what is on its bus")
     parser.add_argument("--json", action="store_true", help="one JSON object a line")
     parser.add_argument("--chunk", type=int, metavar="N", default=0, help="feed the decoder N bytes at a time")
     parser.add_argument("--no-times", action="store_true", help="leave the byte times of the .json out of account")

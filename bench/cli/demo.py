@@ -37,9 +37,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _headless(args: argparse.Namespace) -> int:
     from bench.check.conduct import shortcomings
-    from bench.check.golden import pin, told
+    from bench.check.golden import told
     from bench.check.reading import Recording
     from bench.check.run import from_scenario
+    from bench.cli.check import pin_and_tell
     from bench.cli.headless import execute
     from bench.demo import SCENARIO, golden_directory
     from bench.errors import EXIT_FAILED, EXIT_OK
@@ -49,9 +50,7 @@ def _headless(args: argparse.Namespace) -> int:
         directory = args.record or Path(scratch) / "demo"
         summary, speed = execute(job, job.recorder(directory, overwrite=args.overwrite), quiet=args.json)
         if args.update_pinned:
-            changed = pin(directory, golden_directory())
-            print("\n".join(changed.lines) if changed else f"pinned for the first time: {golden_directory()}")
-            return EXIT_OK
+            return pin_and_tell(directory, golden_directory(), args.json)
         comparison = told(Recording.open(directory), golden_directory())
     if args.json:
         print(json.dumps(summary.facts(job) | {"speed_factor": round(speed, 2), "golden": comparison.as_dict()}))

@@ -20,13 +20,18 @@ NAME_WIDTH, CELL_WIDTH = 18, 12
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument(
-        "--robot", metavar="R", default="m2006", help="a name that `wheelbench robots` lists, or a file"
+        "--robot", metavar="R", default="m2006", help="a name that `wheelbench robots` lists, or a .toml file (m2006)"
     )
     parser.add_argument("--profile", metavar="P", help="the transmitter's profile: a name or a .toml file")
     add_controller(parser)
-    parser.add_argument("--only", metavar="LOSS", help="rows whose name contains this text")
-    parser.add_argument("--frozen-ms", metavar="N", type=int, help="frozen_ms, where the profile leaves it at 0")
-    parser.add_argument("--jobs", metavar="N", type=int, default=2, help="processes (2)")
+    parser.add_argument("--only", metavar="LOSS", help="only the losses whose name contains this text")
+    parser.add_argument(
+        "--frozen-ms",
+        metavar="N",
+        type=int,
+        help="sticks off the middle that do not change for so long are frozen",
+    )
+    parser.add_argument("--jobs", metavar="N", type=int, default=2, help="losses: so many at a time (2)")
     parser.add_argument("--html", metavar="FILE", type=Path, help="write the matrix as a page too")
     parser.add_argument("--json", action="store_true", help="one object a cell")
 

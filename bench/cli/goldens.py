@@ -10,7 +10,12 @@ from pathlib import Path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument(
-        "folder", metavar="FOLDER", type=Path, nargs="?", default=Path("fixtures/pinned"), help="(fixtures/pinned)"
+        "folder",
+        metavar="FOLDER",
+        type=Path,
+        nargs="?",
+        default=Path("fixtures/pinned"),
+        help="where they lie (fixtures/pinned)",
     )
     parser.add_argument("--json", action="store_true", help="one JSON object")
 

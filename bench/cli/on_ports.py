@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bench.io.process_link import ProcessLink
 
 ROLE_HELP = "which part is real: sim (none), base (a firmware), core (a SLAMWARE core), motors"
-ARM_HELP = "real motors may move"
+ARM_HELP = "with --role motors: they may move"
 STOP_KEYS = " \n\rq\x1b"
 
 

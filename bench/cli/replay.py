@@ -21,7 +21,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="a scenario (.toml), an RC capture (raw bytes) or a recording (a directory); or several scenarios",
     )
-    parser.add_argument("--robot", metavar="R", help="a name that `wheelbench robots` lists, or a .toml file")
+    parser.add_argument(
+        "--robot", metavar="R", help="another than the scenario's; a capture's (m2006): a name or a .toml file"
+    )
     parser.add_argument("--arena", metavar="FILE", help="where it drives: an arena file (docs/plant.md)")
     parser.add_argument("--profile", metavar="P", help="the transmitter's profile: a name or a .toml file")
     parser.add_argument("--protocol", metavar="NAME", help="what an RC capture speaks, where nothing beside it says so")
