@@ -9,8 +9,9 @@
 
 Fixtures: `bench` (a `bench.check.driven.Driven`), `rc` (the same, by the name of what a driver holds), `can_bus`,
 `slamware_link`, `plant`, `golden`; `controller` is the base under test, and yours where you define a fixture of that
-name. `@pytest.mark.wheelbench(robot=..., profile=...)` chooses the robot. A file `*.scenario.toml` is a test. What
-fails shows the last wire lines and how to run it again. `--update-pinned` pins goldens anew; it is refused in CI.
+name. `@pytest.mark.wheelbench(robot=..., profile=..., arena=...)` chooses the robot and where it is. A file
+`*.scenario.toml` is a test. What fails shows the last wire lines and how to run it again. `--update-pinned` pins
+goldens anew; it is refused in CI.
 
 Loaded with every pytest run where wheelbench is installed, so it imports nothing heavy before it is asked.
 """
@@ -83,7 +84,7 @@ def bench(
         arena = load_arena(request.path.parent / chosen["arena"]) if chosen.get("arena") else FIELD
         bench = Driven(robot, tmp_path / "run", controller, arena)
     except UsageError as error:
-        pytest.fail(str(error), pytrace=False)
+        raise pytest.fail.Exception(str(error), pytrace=False) from None
     with bench as driven:
         request.node.stash[_DRIVEN] = driven
         yield driven
@@ -202,7 +203,7 @@ def _hold_against(run: Path, folder: Path, update: bool, tolerance: Sequence[str
             pytest.fail(f"there is no golden {where}; look at the run, then pin it: pytest --update-pinned", False)
         found = told(Recording.open(run), folder, tolerance)
     except BenchError as error:
-        pytest.fail(str(error), pytrace=False)
+        raise pytest.fail.Exception(str(error), pytrace=False) from None
     if not found.ok:
         pytest.fail("\n".join(found.lines), pytrace=False)
     return ""

@@ -126,6 +126,7 @@ def test_a_wrong_marker_is_one_sentence(project, text, says):
     assert status == 1
     assert says in said
     assert "Traceback" not in said
+    assert "During handling" not in said, "once, not with the error that it came from"
 
 
 SCENARIO = """
@@ -273,6 +274,18 @@ class TestB:
     assert status == 1
     assert "test_mine.py::TestA::test_drive and test_mine.py::TestB::test_drive share the golden test_drive" in said
     assert [path.name for path in (folder / "goldens").iterdir()] == ["other"]
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        ("hold(forward=float('nan'))", "forward is nan; expected -1 to 1"),
+        ("hold(turn=-1.5)", "turn is -1.5; expected -1 to 1"),
+        ("run(-1)", "a run of -1 s; expected 0 or more"),
+    ],
+)
+def test_a_wrong_call_is_told(project, call, says):
+    assert says in run_pytest(project(f"def test_now(rc): rc.{call}"), "-q")[1]
 
 
 def test_a_test_that_fails_before_the_first_tick_fails_as_any_other(project):

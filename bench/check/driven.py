@@ -89,7 +89,10 @@ class Driven:
     def hold(
         self, *, forward: float = 0.0, left: float = 0.0, turn: float = 0.0, aux1: bool = False, aux2: bool = False
     ) -> Driven:
-        """The sticks from now on, -1 to 1; what is not named is at rest."""
+        """The sticks from now on; what is not named is at rest. Raises ValueError outside of -1 to 1."""
+        for name, value in (("forward", forward), ("left", left), ("turn", turn)):
+            if not -1.0 <= value <= 1.0:  # a transmitter would make full stick of it, of a NaN too
+                raise ValueError(f"{name} is {value}; expected -1 to 1")
         self.sticks = Sticks(forward, left, turn, aux1, aux2)
         return self
 
@@ -103,7 +106,9 @@ class Driven:
         return self.hold().run(PRESS_S).hold(aux1=True).run(PRESS_S).hold().run(PRESS_S)
 
     def run(self, seconds: float) -> Driven:
-        """Let time pass."""
+        """Let time pass. Raises ValueError for less than none."""
+        if seconds < 0.0:
+            raise ValueError(f"a run of {seconds} s; expected 0 or more")
         bench, transmitter = self.bench, self.transmitter
         with at_full_speed(bench.base):
             for _ in range(round(1000 * seconds)):
