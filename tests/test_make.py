@@ -39,3 +39,18 @@ def test_an_install_that_fails_says_why_and_what_to_try(checkout):
     assert lines[-2].startswith("wheelbench: pip could not install into .venv")
     assert "Traceback" not in done.stderr
     assert not list((checkout / ".venv").glob(".*")), "the next make tries again"
+
+
+def test_where_no_kernel_with_can_can_be_had_socketcan_says_why(tmp_path):
+    """Status 125 is what `make socketcan` takes for a skip; any other would be a failed test."""
+    (tmp_path / "bin").mkdir()
+    for tool in ("bash", "dirname", "uname"):
+        (tmp_path / "bin" / tool).symlink_to(shutil.which(tool))
+    done = subprocess.run(
+        [shutil.which("bash"), ROOT / "scripts/socketcan/run.sh", "true"],
+        env={"PATH": str(tmp_path / "bin"), "SOCKETCAN_CACHE": str(tmp_path / "cache")},
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (125, "")
+    assert done.stderr.startswith("socketcan: ")
+    assert len(done.stderr.splitlines()) == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import logging
+import socket
 from collections import deque
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -144,6 +145,8 @@ class BusPort(Revivable):
         if address.interface == "socketcand":
             socketcand.ask(self.name, options, self._timeout_s)
         try:
+            if address.interface == "socketcan":
+                _ask_kernel(address.channel)
             self._bus = can.Bus(interface=address.interface, channel=address.channel, **options)
         except Exception as error:  # anything at all, from a missing library's NameError on
             raise _refusal(self.name, address, error) from None
@@ -158,6 +161,14 @@ class BusPort(Revivable):
                 bus.shutdown()
             except Exception as error:
                 self.note = f"did not close well: {error}"
+
+
+def _ask_kernel(channel: str) -> None:
+    """Raise OSError where SocketCAN has no such interface: python-can's bus would leave its socket open then."""
+    if not hasattr(socket, "AF_CAN"):
+        raise OSError(errno.EAFNOSUPPORT, "no SocketCAN on this system")
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as probe:
+        probe.bind((channel,))
 
 
 def _refusal(title: str, address: CanAddress, error: Exception) -> SurroundingsError | UsageError:
