@@ -7,14 +7,13 @@ load average and an empty Python call are printed because they move them all. Ex
 
 from __future__ import annotations
 
-import argparse
 import os
 import platform
 import random
-import sys
 from collections.abc import Sequence
 from types import ModuleType
 
+from arguments import at_least_one, end_with, parser
 from benchmarks import (
     beside_peers,
     beside_simulators,
@@ -59,16 +58,15 @@ def run(pieces: Sequence[str], rounds: int, share: float = 1.0) -> list[Row]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run, print, judge."""
     names = "\n".join(f"  {name:<12}{(piece.__doc__ or '').splitlines()[0]}" for name, piece in PIECES.items())
-    parser = argparse.ArgumentParser(
-        description=__doc__, epilog=f"pieces:\n{names}", formatter_class=argparse.RawDescriptionHelpFormatter
+    asked = parser(__doc__)
+    asked.epilog = f"pieces:\n{names}"
+    asked.add_argument(
+        "--rounds", type=at_least_one, default=5, metavar="N", help="medians of how many rounds (default 5)"
     )
-    parser.add_argument("--rounds", type=int, default=5, metavar="N", help="medians of how many rounds (default 5)")
-    parser.add_argument(
+    asked.add_argument(
         "--only", action="append", choices=list(PIECES), metavar="NAME", help="a piece of those below; may be repeated"
     )
-    args = parser.parse_args(arguments)
-    if args.rounds < 1:
-        parser.error(f"--rounds: expected 1 or more, got {args.rounds}")
+    args = asked.parse_args(arguments)
     print(f"{_surroundings()}; medians of {args.rounds} interleaved rounds", flush=True)
     rows = run(args.only or list(PIECES), args.rounds)
     print(table(rows))
@@ -86,4 +84,4 @@ def _surroundings() -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

@@ -1,6 +1,6 @@
 """Does the comparison name the right cause? Twelve kinds of fault, put into recordings of four robots, 20 seeds each.
 
-`log_faults` puts them in, `frame_log` writes them out: nothing there knows how `bench.check.causes` works.
+`logs/faults.py` puts them in, `logs/frames.py` writes them out: nothing there knows how `bench.check.causes` works.
 
     python scripts/causes_bar.py              960 recordings: the table of what was named for what; exit 1 below the bar
     python scripts/causes_bar.py --seeds 2 --robot m2006
@@ -8,10 +8,8 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import random
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -19,8 +17,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from frame_log import Log
-from log_faults import FAULTS
+from arguments import at_least_one, end_with, parser
+from logs.faults import FAULTS
+from logs.frames import Log
 from make_demo import sticks_at
 
 from bench.check.causes import causes
@@ -108,13 +107,15 @@ def shares(done: Sequence[Trial]) -> tuple[float, float]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Inject, ask, print the table, judge."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=SEEDS, metavar="N", help=f"seeds for each (default {SEEDS})")
-    parser.add_argument("--first-seed", type=int, default=0, metavar="N", help="the first of them (default 0)")
-    parser.add_argument("--robot", action="append", metavar="R", help="a robot; may be repeated (default: four)")
-    parser.add_argument("--fault", action="append", choices=list(FAULTS), metavar="F", help="a fault; may be repeated")
-    parser.add_argument("--wrong", action="store_true", help="print the sentence of each that was named wrong")
-    args = parser.parse_args(arguments)
+    asked = parser(__doc__)
+    asked.add_argument(
+        "--seeds", type=at_least_one, default=SEEDS, metavar="N", help=f"seeds for each (default {SEEDS})"
+    )
+    asked.add_argument("--first-seed", type=int, default=0, metavar="N", help="the first of them (default 0)")
+    asked.add_argument("--robot", action="append", metavar="R", help="a robot; may be repeated (default: four)")
+    asked.add_argument("--fault", action="append", choices=list(FAULTS), metavar="F", help="a fault; may be repeated")
+    asked.add_argument("--wrong", action="store_true", help="print the sentence of each that was named wrong")
+    args = asked.parse_args(arguments)
     seeds = range(args.first_seed, args.first_seed + args.seeds)
     started = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="wheelbench-") as folder:
@@ -134,4 +135,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

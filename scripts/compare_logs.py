@@ -1,8 +1,8 @@
 """Two large recordings compared, in a process of its own: by wheelbench, or by python-can's reader and a plain loop.
 
-    python scripts/compare_logs.py wheelbench RUN GOLDEN
-    python scripts/compare_logs.py python-can RUN GOLDEN
-    python scripts/compare_logs.py make FOLDER FRAMES       write FOLDER/golden, FOLDER/few and FOLDER/late
+    scripts/compare_logs.py wheelbench RUN GOLDEN
+    scripts/compare_logs.py python-can RUN GOLDEN
+    scripts/compare_logs.py make FOLDER FRAMES       write FOLDER/golden, FOLDER/few and FOLDER/late
 
 Prints one JSON object: frames that differ, what was said first, CPU seconds and peak memory of the whole process with
 its start and imports. `few` differs from the golden in 40 fields, `late` in nearly every line: all feedback comes 3 ms
@@ -15,11 +15,12 @@ import json
 import random
 import resource
 import struct
-import sys
 import time
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+
+from arguments import at_least_one, end_with, existing, parser
 
 FIELDS = 40
 LATE_TICKS = 3
@@ -56,7 +57,7 @@ def python_can(run_dir: str, golden_dir: str) -> tuple[int, str]:
     return differing, first
 
 
-def make(folder: str, frames: str) -> tuple[int, str]:
+def make(folder: str, frames: int) -> None:
     """The demo's golden over and over, on the CAN bus alone."""
     from bench.check.reading import Recording, as_outputs
     from bench.check.recording import Recorder
@@ -65,7 +66,7 @@ def make(folder: str, frames: str) -> tuple[int, str]:
 
     demo = Recording.open(golden_directory())
     outputs = list(as_outputs(demo))
-    ticks = int(frames) // 4
+    ticks = frames // 4
 
     def on_and_on() -> Iterator[TickOutput]:
         for tick in range(ticks):
@@ -96,19 +97,32 @@ def make(folder: str, frames: str) -> tuple[int, str]:
         with Recorder(directory, demo.info, demo.state_columns, demo.robot_file, demo.profile_file) as recorder:
             while block := list(islice(source, 1000)):
                 recorder.extend(block)
-    return 0, ""
 
 
-JOBS = {"wheelbench": wheelbench, "python-can": python_can, "make": make}
+JOBS = {"wheelbench": wheelbench, "python-can": python_can}
 
 
-def main() -> None:
+def main() -> int:
     """One job, one JSON object."""
-    differing, said = JOBS[sys.argv[1]](*sys.argv[2:4])
+    asked = parser(__doc__)
+    jobs = asked.add_subparsers(dest="job", required=True, metavar="JOB")
+    for name, job in JOBS.items():
+        words = jobs.add_parser(name, help=(job.__doc__ or "").splitlines()[0])
+        words.add_argument("run", type=existing, metavar="RUN", help="a recording")
+        words.add_argument("golden", type=existing, metavar="GOLDEN", help="another")
+    words = jobs.add_parser("make", help=(make.__doc__ or "").splitlines()[0])
+    words.add_argument("folder", metavar="FOLDER", help="where to write them")
+    words.add_argument("frames", type=at_least_one, metavar="FRAMES", help="how many CAN frames each has")
+    args = asked.parse_args()
+    if args.job == "make":
+        make(args.folder, args.frames)
+        return 0
+    differing, said = JOBS[args.job](str(args.run), str(args.golden))
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     facts = {"differing": differing, "said": said, "cpu_s": time.process_time(), "peak_mb": peak_mb}
     print(json.dumps(facts))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    end_with(main)

@@ -10,7 +10,6 @@ firmwares in C come with their own transmitters (without a compiler they are lef
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import sys
 from collections.abc import Mapping
@@ -19,6 +18,8 @@ from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from arguments import at_least_one, end_with, parser, some_of
 
 from bench.check.failsafe import PHASES, RED, Cell, losses, run_row
 from bench.config import Robot, load_robot
@@ -89,25 +90,21 @@ def row(number: int, name: str) -> list[Cell]:
 
 def main() -> int:
     """The command line; 0 where every cell is as expected."""
-    parser = argparse.ArgumentParser(description="Ours green, each wrong controller red where its defect shows.")
     expected = {**EXPECTED, **(FIRMWARES if shutil.which("cc") else {})}
-    parser.add_argument("--only", default="", help=f"some of {', '.join(expected)}")
-    parser.add_argument("--jobs", type=int, default=2, help="rows at a time")
-    given = parser.parse_args()
-    names = [name for name in given.only.split(",") if name] or list(expected)
-    unknown = sorted(set(names) - set(expected))
-    if unknown:
-        parser.error(f"no controller is called {', '.join(unknown)}; known: {', '.join(expected)}")
-    count, wrong = len(losses(robot())), 0
+    asked = parser(__doc__)
+    asked.add_argument(
+        "--only", type=some_of(expected), default=list(expected), metavar="A,B", help=f"some of {', '.join(expected)}"
+    )
+    asked.add_argument("--jobs", type=at_least_one, default=2, metavar="N", help="rows at a time (default 2)")
+    given = asked.parse_args()
+    rows, wrong = len(losses(robot())), 0
     with ProcessPoolExecutor(given.jobs) as pool:
-        for name in names:
-            matrix = [cell for cells in pool.map(row, range(count), [name] * count) for cell in cells]
+        for name in given.only:
+            matrix = [cell for cells in pool.map(row, range(rows), [name] * rows) for cell in cells]
             red = {(cell.loss, cell.phase) for cell in matrix if cell.verdict == RED}
             missing, surplus = expected[name] - red, red - expected[name]
             wrong += len(missing) + len(surplus)
-            print(
-                f"{name:<24}{len(red):>3} of {count * len(PHASES)} red, {len(expected[name]):>3} expected", flush=True
-            )
+            print(f"{name:<24}{len(red):>3} of {rows * len(PHASES)} red, {len(expected[name]):>3} expected", flush=True)
             for what, pairs in (("not red", missing), ("red, not expected", surplus)):
                 for loss, phase in sorted(pairs):
                     why = next(cell.why for cell in matrix if (cell.loss, cell.phase) == (loss, phase))
@@ -117,4 +114,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

@@ -11,7 +11,6 @@ installs into a place of its own; without it the exit status is 3.
 
 from __future__ import annotations
 
-import argparse
 import os
 import re
 import subprocess
@@ -23,6 +22,8 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
+
+from arguments import at_least_one, end_with, existing, parser, some_of
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_INPUT_BYTES = 160
@@ -58,15 +59,15 @@ def attack(name: str, options: Sequence[str]) -> None:
     import atheris
 
     with atheris.instrument_imports(include=ATTACKED):
-        import attack_targets
-    check = attack_targets.TARGETS[name]
+        from attacks.targets import TARGETS
+    check = TARGETS[name]
     atheris.Setup([sys.argv[0], *options], check)
     atheris.Fuzz()
 
 
 def run(name: str, seconds: int, corpus: Path, findings: Path) -> Outcome:
     """Fuzz one target in a process of its own."""
-    from attack_inputs import seeds
+    from attacks.inputs import seeds
 
     folder = corpus / name
     folder.mkdir(parents=True, exist_ok=True)
@@ -95,9 +96,9 @@ def run(name: str, seconds: int, corpus: Path, findings: Path) -> Outcome:
 
 def replay(path: Path) -> None:
     """One finding again, without atheris."""
-    import attack_targets
+    from attacks.targets import TARGETS
 
-    attack_targets.TARGETS[path.name.partition("-")[0]](path.read_bytes())
+    TARGETS[path.name.partition("-")[0]](path.read_bytes())
 
 
 @contextmanager
@@ -115,21 +116,21 @@ def main() -> int:
     if "--child" in sys.argv:
         at = sys.argv.index("--child")
         attack(sys.argv[at + 1], sys.argv[at + 3 :])
-    parser = argparse.ArgumentParser(description="Coverage-guided attack on every decoder.")
-    parser.add_argument("--seconds", type=int, default=600, help="for each target")
-    parser.add_argument("--jobs", type=int, default=2, help="targets at a time")
-    parser.add_argument("--only", default="", help=f"some of {', '.join(ORDER)}")
-    parser.add_argument("--corpus", type=Path, help="keep what reached new code here")
-    parser.add_argument("--findings", type=Path, default=ROOT / "fixtures" / "known" / "fuzz")
-    parser.add_argument("--replay", type=Path, help="one finding again")
-    given = parser.parse_args()
+    asked = parser(__doc__)
+    asked.add_argument("--seconds", type=at_least_one, default=600, metavar="S", help="for each target (default 600)")
+    asked.add_argument("--jobs", type=at_least_one, default=2, metavar="N", help="targets at a time (default 2)")
+    asked.add_argument(
+        "--only", type=some_of(ORDER), default=list(ORDER), metavar="A,B", help=f"some of {', '.join(ORDER)}"
+    )
+    asked.add_argument("--corpus", type=Path, metavar="DIR", help="keep what reached new code here")
+    asked.add_argument("--findings", type=Path, metavar="DIR", default=ROOT / "fixtures" / "known" / "fuzz")
+    asked.add_argument("--replay", type=existing, metavar="FILE", help="one finding again")
+    given = asked.parse_args()
     if given.replay is not None:
+        if given.replay.name.partition("-")[0] not in ORDER:
+            asked.error(f"--replay: the name of a finding begins with its target, as sbus-..., not {given.replay.name}")
         replay(given.replay)
         return 0
-    names = [name for name in given.only.split(",") if name] or list(ORDER)
-    unknown = sorted(set(names) - set(ORDER))
-    if unknown:
-        parser.error(f"no target is called {', '.join(unknown)}; known: {', '.join(ORDER)}")
     try:
         import atheris  # noqa: F401
     except ImportError:
@@ -139,7 +140,7 @@ def main() -> int:
     bad = 0
     print(f"{'target':<10}{'seconds':>9}{'executions':>12}{'edges':>8}{'features':>10}  findings", flush=True)
     with corpus_folder(given.corpus) as corpus, ThreadPoolExecutor(given.jobs) as pool:
-        for one in pool.map(lambda name: run(name, given.seconds, corpus, given.findings), names):
+        for one in pool.map(lambda name: run(name, given.seconds, corpus, given.findings), given.only):
             found = ", ".join(one.found) or ("none" if one.status == 0 else f"exit status {one.status}")
             bad += one.status != 0
             print(
@@ -151,4 +152,4 @@ def main() -> int:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))
-    sys.exit(main())
+    end_with(main)

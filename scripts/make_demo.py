@@ -9,6 +9,8 @@ import json
 import random
 from pathlib import Path
 
+from arguments import end_with, parser
+
 from bench.config import load_profile
 from bench.rc.transmitter import Sticks, Transmitter
 
@@ -60,8 +62,9 @@ def sticks_at(t_s: float) -> Sticks:
     )
 
 
-def main() -> None:
+def main() -> int:
     """Write the two files."""
+    parser(__doc__).parse_args()
     jitter = random.Random(SEED)
     transmitter = Transmitter(load_profile("uart12"))
     data, bursts = bytearray(), []
@@ -98,7 +101,8 @@ def main() -> None:
     }
     (DEMO / "drive.json").write_text(json.dumps(about) + "\n", encoding="utf-8")
     print(f"{len(bursts)} frames, {len(data)} bytes, {SECONDS:g} s -> {DEMO / 'drive.bin'}")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    end_with(main)

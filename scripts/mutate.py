@@ -5,10 +5,10 @@
     scripts/mutate.py --sample 60 --seed 1     so many mutants a module, drawn with this seed
     scripts/mutate.py --list --only link       their names
 
-A mutant is one operator, comparison, constant, order or statement changed in one place (mutants.py). It is killed where
-a test of the module's list fails, hangs or takes too much memory (mutant_trial.py). What survives them all needs a
-reason in mutate_reasons.toml: a mutant that behaves as the original does, or whose difference nobody may rely on. Exit
-status 1 where one has none, or where a reason's mutant is gone or killed.
+A mutant is one operator, comparison, constant, order or statement changed in one place (mutation/mutants.py). It is
+killed where a test of the module's list fails, hangs or takes too much memory (mutation/trial.py). What survives them
+all needs a reason in mutation/reasons.toml: a mutant that behaves as the original does, or whose difference nobody may
+rely on. Exit status 1 where one has none, or where a reason's mutant is gone or killed.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ import argparse
 import math
 import os
 import random
-import sys
 import time
 import tomllib
 from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
-from mutant_trial import HUNG, KILLED, SURVIVED, UNREACHED, UNTOLD, Broken, Module, Trial, load_tools
-from mutants import Mutant, mutants
+from arguments import above_zero, at_least_one, end_with, parser, some_of
+from mutation.mutants import Mutant, mutants
+from mutation.trial import HUNG, KILLED, SURVIVED, UNREACHED, UNTOLD, Broken, Module, Trial, load_tools
 
 ROOT = Path(__file__).resolve().parent.parent
-REASONS = Path(__file__).resolve().with_name("mutate_reasons.toml")
+REASONS = Path(__file__).resolve().parent / "mutation" / "reasons.toml"
 SAYS = {SURVIVED: "survives without a reason", UNREACHED: "no test runs it", UNTOLD: "its tests came to no end"}
 
 RC = ("test_rc_vectors", "test_rc_corners", "test_rc_mutants", "test_rc_streams", "test_rc_dbus", "test_rc_decode")
@@ -108,19 +108,24 @@ def report(name: str, given: argparse.Namespace, known: dict[str, str]) -> int:
 
 def main() -> int:
     """The command line; 0 where every survivor has its reason."""
-    parser = argparse.ArgumentParser(description="Mutate the codecs and the link machine.")
-    parser.add_argument("--only", default="", help=f"some of {', '.join(TARGETS)}")
-    parser.add_argument("--match", nargs="+", default=[""], help="only mutants whose name holds one of these texts")
-    parser.add_argument("--sample", type=int, default=0, help="so many mutants a module; 0: all")
-    parser.add_argument("--seed", type=int, default=1, help="of the sample")
-    parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
-    parser.add_argument("--under", type=float, default=math.inf, help="a first look: only tests that take less s")
-    parser.add_argument("--list", action="store_true", help="name the mutants and run nothing")
-    given = parser.parse_args()
-    names = [name for name in given.only.split(",") if name] or list(TARGETS)
-    unknown = sorted(set(names) - set(TARGETS))
-    if unknown:
-        parser.error(f"no module is called {', '.join(unknown)}; known: {', '.join(TARGETS)}")
+    asked = parser(__doc__)
+    asked.add_argument(
+        "--only", type=some_of(TARGETS), default=list(TARGETS), metavar="A,B", help=f"some of {', '.join(TARGETS)}"
+    )
+    asked.add_argument(
+        "--match", nargs="+", default=[""], metavar="TEXT", help="only mutants whose name holds one of these texts"
+    )
+    asked.add_argument(
+        "--sample", type=at_least_one, default=0, metavar="N", help="so many mutants a module (default: all)"
+    )
+    asked.add_argument("--seed", type=int, default=1, metavar="N", help="of the sample (default 1)")
+    asked.add_argument("--jobs", type=at_least_one, default=2, metavar="N", help="mutants at a time (default 2)")
+    asked.add_argument(
+        "--under", type=above_zero, default=math.inf, metavar="S", help="a first look: only tests that take less"
+    )
+    asked.add_argument("--list", action="store_true", help="name the mutants and run nothing")
+    given = asked.parse_args()
+    names = given.only
     if given.list:
         for name in names:
             print(*(f"{name}  {one.name}" for one in mutants((ROOT / TARGETS[name].path).read_text())[1]), sep="\n")
@@ -136,4 +141,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

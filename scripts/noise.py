@@ -8,7 +8,6 @@ in a process of its own; what counts is how much the largest resident size grew 
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import random
 import resource
@@ -19,6 +18,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from arguments import above_zero, at_least_one, end_with, parser
 
 from bench import rc_decode
 from bench.slamware.base_side import SlamwareBase
@@ -131,10 +132,10 @@ def is_good(result: Result) -> bool:
 
 def main() -> int:
     """The command line; 0 where every decoder held."""
-    parser = argparse.ArgumentParser(description="Noise for long, and memory that does not grow.")
-    parser.add_argument("--mb", type=float, default=100.0, help="megabytes for each decoder")
-    parser.add_argument("--jobs", type=int, default=2, help="decoders at a time")
-    given = parser.parse_args()
+    asked = parser(__doc__)
+    asked.add_argument("--mb", type=above_zero, default=100.0, metavar="MB", help="for each decoder (default 100)")
+    asked.add_argument("--jobs", type=at_least_one, default=2, metavar="N", help="decoders at a time (default 2)")
+    given = asked.parse_args()
     print(f"{'decoder':<18}{'MB':>7}{'seconds':>9}{'frames':>9}{'grown kB':>10}", flush=True)
     held = True
     with multiprocessing.get_context("spawn").Pool(given.jobs, maxtasksperchild=1) as pool:
@@ -147,4 +148,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

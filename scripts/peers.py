@@ -28,6 +28,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from arguments import at_least_one, end_with, parser
+
 ROOT = Path(__file__).resolve().parents[1]
 BAR = 1.3
 SEED = "wheelbench peers 1"
@@ -350,14 +352,14 @@ def outside(args: argparse.Namespace) -> int:
 
 def main() -> int:
     """Run as a script."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--frames", type=int, default=100_000)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--json", action="store_true", help="the rows and verdicts as JSON")
-    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
-    args = parser.parse_args()
+    asked = parser(__doc__)
+    asked.add_argument("--frames", type=at_least_one, default=100_000, metavar="N", help="a stream (default 100000)")
+    asked.add_argument("--rounds", type=at_least_one, default=5, metavar="N", help="default 5")
+    asked.add_argument("--json", action="store_true", help="the rows and verdicts as JSON")
+    asked.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
+    args = asked.parse_args()
     return inside(args) if args.inside else outside(args)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

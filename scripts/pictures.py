@@ -13,11 +13,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-import matplotlib.pyplot as plt
+from arguments import end_with, parser
 from tune import PUSHED_TICKS, response
 
 from bench.config import Robot, load_robot
+
+try:
+    import matplotlib
+    import matplotlib.pyplot as plt
+except ImportError:
+    plt = None
 
 FOLDER = Path(__file__).parents[1] / "docs" / "pictures"
 ROBOTS = ("m2006", "mecanum", "siegwart")
@@ -86,6 +91,10 @@ def draw_controllers(robot: Robot) -> Any:
 
 def main() -> int:
     """Draw them all."""
+    parser(__doc__).parse_args()
+    if plt is None:
+        print("scripts/pictures.py needs matplotlib: pip install -e '.[pictures]'", file=sys.stderr)
+        return 3
     matplotlib.use("svg")
     with plt.rc_context(STYLE):
         for name in ROBOTS:
@@ -108,4 +117,4 @@ def _save(figure: Any, name: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

@@ -7,13 +7,13 @@ the table; tests/test_plant_closed_forms.py runs every row. Exit status 1 where 
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from arguments import end_with, parser
 from plant_rows import grip, inertia, laws, speeds, walls
 from plant_rows.check import Check
 
@@ -36,9 +36,9 @@ def row_of(check: Check, measured: float) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table; 1 where a row is out of bounds."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", choices=list(KINDS), metavar="KIND", help=f"one of {', '.join(KINDS)}")
-    only = parser.parse_args(arguments).only
+    asked = parser(__doc__)
+    asked.add_argument("--only", choices=list(KINDS), metavar="KIND", help=f"one of {', '.join(KINDS)}")
+    only = asked.parse_args(arguments).only
     print("| check | section | expected | measured | off by | allowed |\n|---|---|---|---|---|---|")
     failed = 0
     for check in KINDS[only].rows() if only else checks():
@@ -49,4 +49,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

@@ -1,7 +1,5 @@
 """Pictures of the running dashboard for the documents: docs/pictures/*.svg, and *.png where a converter is there.
 
-    python scripts/screenshots.py [FOLDER]
-
 The app runs for real, by a pacer that grants the same ticks each time: the same pictures from the same code. For PNG
 one of these is used: rsvg-convert (librsvg2-bin), resvg-py, cairosvg; with the font Fira Code (fonts-firacode).
 """
@@ -14,10 +12,11 @@ import importlib.util
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
+
+from arguments import end_with, parser
 
 from bench.check.reading import Recording
 from bench.check.recording import RunInfo
@@ -241,7 +240,13 @@ def for_rsvg(svg: Path) -> str:
 
 def main() -> int:
     """Make every picture."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else PICTURES
+    asked = parser(__doc__)
+    asked.add_argument(
+        "folder", nargs="?", type=Path, default=PICTURES, metavar="FOLDER", help="where to (default docs/pictures)"
+    )
+    folder = asked.parse_args().folder
+    if folder.exists() and not folder.is_dir():
+        asked.error(f"FOLDER: {folder} is a file; name a folder")
     folder.mkdir(parents=True, exist_ok=True)
     converted = True
     for name in SHOTS:
@@ -254,4 +259,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

@@ -8,12 +8,14 @@
 """
 
 import argparse
+import sys
 from pathlib import Path
 
 from bench.check.compare import compare
 from bench.check.reading import Recording
 from bench.check.recording import Recorder, RunInfo
 from bench.check.run import from_recording
+from bench.errors import BenchError
 from bench.loop import simulated
 from bench.messages import TickInput
 from bench.rc.transmitter import AT_REST, Sticks, Transmitter
@@ -21,7 +23,7 @@ from bench.rc.transmitter import AT_REST, Sticks, Transmitter
 
 def main() -> None:
     """Drive, stop, and run it again."""
-    parser = argparse.ArgumentParser(description="A scripted drive, recorded and run again.")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("directory", type=Path, help="where to write the recording")
     directory = parser.parse_args().directory
 
@@ -64,4 +66,8 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except BenchError as error:  # one sentence that says what, where and what to try
+        print(f"scripted_replay.py: error: {error}", file=sys.stderr)
+        sys.exit(error.exit_status)

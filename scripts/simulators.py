@@ -7,7 +7,7 @@ its life, in turns, round by round. What counts is CPU time. They do not simulat
 
     bench      RC bytes, our base, CAN frames, ESCs, the plant with stick and slip, all of it recorded; 1 ms a step
     plant      the plant of it alone, from motor currents to wheel angles; 1 ms a step
-    mujoco     three dimensions, a body for each of 48 rollers (scripts/mujoco_robot.py), from wheel torques; 0.2 ms a
+    mujoco     three dimensions, a body for each of 48 rollers (beside/mujoco_robot.py), from wheel torques; 0.2 ms a
                step, which its rollers need; in C, stepped from Python with nothing but the torques set
     ir-sim     a disc that has the velocity it is told, and a test for collisions: no wheel, no mass; 1 ms a step
 
@@ -21,7 +21,6 @@ import json
 import os
 import random
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -31,6 +30,7 @@ from statistics import median
 from typing import Any
 
 import peers
+from arguments import above_zero, at_least_one, end_with, parser
 
 PACKAGES = ("mujoco==4.0.0", "ir-sim==2.12.0", "pymunk>=7.0")
 DRIVEN_FROM_TICK = 1500
@@ -83,7 +83,7 @@ def plant_contestant(_: ExitStack) -> Contestant:
 
 def mujoco_contestant(_: ExitStack) -> Contestant:
     """Explicit rollers, with the torques that those currents are."""
-    from mujoco_robot import STEP_S, RollerRobot
+    from beside.mujoco_robot import STEP_S, RollerRobot
 
     from bench.config import load_robot
 
@@ -175,14 +175,16 @@ def ratios(factors: dict[str, list[float]]) -> dict[str, float]:
 
 def main() -> int:
     """Build the environment, measure in it, and print what came out."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=0.5, help="of the robot's life, a round (default 0.5)")
-    parser.add_argument("--rounds", type=int, default=5, help="default 5")
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
-    args: Any = parser.parse_args()
-    if not 0.0 < args.seconds * args.rounds <= LONGEST_S:
-        parser.error(f"the demo is over after {LONGEST_S:g} s; give fewer rounds, or shorter ones")
+    asked = parser(__doc__)
+    asked.add_argument(
+        "--seconds", type=above_zero, default=0.5, metavar="S", help="of the robot's life, a round (default 0.5)"
+    )
+    asked.add_argument("--rounds", type=at_least_one, default=5, metavar="N", help="default 5")
+    asked.add_argument("--json", action="store_true", help="both figures as JSON")
+    asked.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
+    args: Any = asked.parse_args()
+    if args.seconds * args.rounds > LONGEST_S:
+        asked.error(f"the demo is over after {LONGEST_S:g} s; give fewer rounds, or shorter ones")
     if args.inside:
         print(json.dumps(measure(args.seconds, args.rounds)))
         return 0
@@ -201,4 +203,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

@@ -1,22 +1,19 @@
 """How fast SLCAN text is read: our reader of blocks beside python-can's, from the same pseudo-terminal, in turns.
 
-    python scripts/slcan_bar.py [--rounds N]
-
 Another process writes the same frames again and again, motors' feedback as an adapter sends it. Prints the frames a
 second of each round and the median of the rounds' ratios; exit status 1 below --least.
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import statistics
-import sys
 import time
 import tty
 
 import can
+from arguments import above_zero, at_least_one, end_with, parser
 
 from bench.io.serial_port import open_serial
 from bench.io.slcan import SlcanReader, encode
@@ -73,10 +70,10 @@ def ours(device: str) -> float:
 
 def main() -> int:
     """Measure in turns."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--least", type=float, default=50.0)
-    args = parser.parse_args()
+    asked = parser(__doc__)
+    asked.add_argument("--rounds", type=at_least_one, default=7, metavar="N", help="default 7")
+    asked.add_argument("--least", type=above_zero, default=50.0, metavar="X", help="the ratio to reach (default 50)")
+    args = asked.parse_args()
     ratios = []
     for _ in range(args.rounds):
         rates = []
@@ -97,4 +94,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

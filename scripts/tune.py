@@ -21,14 +21,14 @@ is the greatest with which
 
 from __future__ import annotations
 
-import argparse
 import math
 import re
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
+
+from arguments import end_with, parser
 
 from bench.base import Base
 from bench.canbus.c610 import COUNTS
@@ -218,13 +218,13 @@ def check_row(name: str) -> str:
 
 def main() -> int:
     """Print or write the gains."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument(
+    asked = parser(__doc__)
+    asked.add_argument(
         "robots", nargs="*", metavar="ROBOT", help="names or .toml files (all that come with wheelbench)"
     )
-    parser.add_argument("--write", action="store_true", help="write them into the files")
-    parser.add_argument("--check", action="store_true", help="drive them, and print what their gains do")
-    args = parser.parse_args()
+    asked.add_argument("--write", action="store_true", help="write them into the files")
+    asked.add_argument("--check", action="store_true", help="drive them, and print what their gains do")
+    args = asked.parse_args()
     for name in args.robots or robot_names():
         path = robot_path(name)
         if args.check:
@@ -242,4 +242,4 @@ def _rounded(value: float) -> float:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

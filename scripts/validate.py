@@ -12,7 +12,6 @@ it beside the bench); without it the exit status is 3.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -23,6 +22,8 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from arguments import end_with, parser, some_of
 
 from bench.config import Robot, load_robot
 from bench.kinematics import Kinematics
@@ -190,7 +191,7 @@ def run(engine: Engine, step_s: float, check: Check) -> tuple[tuple[float, ...],
 
 def judge(check: Check) -> Verdict:
     """Both engines, and how far they are apart."""
-    from mujoco_robot import STEP_S, RollerRobot
+    from beside.mujoco_robot import STEP_S, RollerRobot
 
     rollers = RollerRobot(check.robot)
     rollers.settle()
@@ -221,11 +222,12 @@ def _words(twist: Sequence[float]) -> str:
 
 def main() -> int:
     """The command line; 0 where every check is within its allowance."""
-    parser = argparse.ArgumentParser(description="The plant against MuJoCo with explicit rollers.")
-    parser.add_argument("--only", default="", help=f"some of {', '.join(ROBOTS)}")
-    parser.add_argument("--json", action="store_true", help="one object a line")
-    given = parser.parse_args()
-    names = [name for name in given.only.split(",") if name] or list(ROBOTS)
+    asked = parser(__doc__)
+    asked.add_argument(
+        "--only", type=some_of(ROBOTS), default=list(ROBOTS), metavar="A,B", help=f"some of {', '.join(ROBOTS)}"
+    )
+    asked.add_argument("--json", action="store_true", help="one object a line")
+    given = asked.parse_args()
     try:
         import mujoco
     except ImportError:
@@ -235,7 +237,7 @@ def main() -> int:
         print(f"MuJoCo {mujoco.__version__}; vx m/s, vy m/s, omega rad/s (travel: m, m, rad)")
         print(f"{'robot':<9}{'check':<30}{'rollers':>27}{'plant':>27}{'apart':>8}{'allowed':>9}")
     verdicts = []
-    for name in names:
+    for name in given.only:
         for check in checks(load_robot(name)):
             verdict = judge(check)
             verdicts.append(verdict)
@@ -260,4 +262,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

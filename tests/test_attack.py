@@ -15,28 +15,27 @@ from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
-import attack_inputs
-import attack_targets
 import fuzz
-import mutants
 import mutate
 import noise
+from attacks import inputs, targets
+from mutation import mutants
 
 ROOT = Path(__file__).parents[1]
 FINDINGS = sorted((ROOT / "fixtures" / "known" / "fuzz").glob("*-*"))
 
 
-@pytest.mark.parametrize("name", attack_targets.ORDER)
+@pytest.mark.parametrize("name", targets.ORDER)
 @settings(max_examples=40)
 @given(st.binary(min_size=8, max_size=8), st.binary(max_size=120))
 def test_any_bytes_keep_every_promise(name, head, rest):
-    attack_targets.TARGETS[name](head + rest)
+    targets.TARGETS[name](head + rest)
 
 
-@pytest.mark.parametrize("name", attack_targets.ORDER)
+@pytest.mark.parametrize("name", targets.ORDER)
 def test_the_inputs_that_a_fuzzer_begins_with_keep_every_promise(name):
-    for seed in attack_inputs.seeds(name):
-        attack_targets.TARGETS[name](seed)
+    for seed in inputs.seeds(name):
+        targets.TARGETS[name](seed)
 
 
 def test_what_was_found_stays_mended(tmp_path):
@@ -88,10 +87,10 @@ def test_a_decoder_that_breaks_a_promise_is_found():
         def finish(self):
             return self.inner.finish()
 
-    decoder = Greedy(attack_targets.rc_decode.decoder("crsf"))
+    decoder = Greedy(targets.rc_decode.decoder("crsf"))
     events = decoder.feed(b"\x01\x02\x03") + decoder.finish()
     with pytest.raises(AssertionError, match="missing"):
-        attack_targets.check_rc_events("crsf", b"\x01\x02\x03", decoder, events)
+        targets.check_rc_events("crsf", b"\x01\x02\x03", decoder, events)
 
 
 def script(name, *arguments):
@@ -109,7 +108,7 @@ def test_what_is_not_known_is_refused_with_what_is(name):
 
 
 def test_both_lists_of_targets_agree():
-    assert set(fuzz.ORDER) == set(attack_targets.ORDER) == set(attack_targets.TARGETS)
+    assert set(fuzz.ORDER) == set(targets.ORDER) == set(targets.TARGETS)
 
 
 # --- mutants -------------------------------------------------------------------------------------------------------
@@ -203,20 +202,20 @@ def test_idle():
 TRY_IT = """
 import os, pathlib, signal, sys
 sys.path.insert(0, sys.argv[1])
-import forks, mutant_trial, mutants
+from mutation import forks, mutants, trial
 root = pathlib.Path(sys.argv[2])
-mutant_trial.TOOLS = ("pytest", "hypothesis")
-mutant_trial.load_tools(root)
-mutant_trial.TEST_CPU_S = 1
+trial.TOOLS = ("pytest", "hypothesis")
+trial.load_tools(root)
+trial.TEST_CPU_S = 1
 tree, made = mutants.mutants((root / "tried.py").read_text())
 asked = sys.argv[3:]
 chosen = [number for number, mutant in enumerate(made) if mutant.name in asked]
-trials = mutant_trial.Module(root, "tried.py", ["test_tried"], tree, made).try_all(chosen, 2)
-for number, trial in sorted(trials.items()):
-    print(made[number].name, "|", trial.verdict, "|", trial.by.removeprefix("tests/test_tried.py::"))
+trials = trial.Module(root, "tried.py", ["test_tried"], tree, made).try_all(chosen, 2)
+for number, one in sorted(trials.items()):
+    print(made[number].name, "|", one.verdict, "|", one.by.removeprefix("tests/test_tried.py::"))
 signals = [signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL, signal.SIGSEGV]
 for number, ended in forks.forks(1, signals, lambda number: os.kill(os.getpid(), number)):
-    print(number.name, "|", mutant_trial.trial_of(ended).verdict, "| ")
+    print(number.name, "|", trial.trial_of(ended).verdict, "| ")
 """
 
 

@@ -24,7 +24,7 @@ import peers
 import simulators
 from benchmarks import command_line, dashboard, empty_call, robots, throwaway
 from benchmarks.table import Row, table
-from reference_loop import LibraryLoop
+from beside.reference_loop import LibraryLoop
 
 SHARE = 0.002
 
@@ -64,7 +64,7 @@ def test_both_loops_put_the_same_frames_on_the_bus(tmp_path):
 
 
 def test_both_readers_find_the_same_differences(tmp_path):
-    compare_logs.make(str(tmp_path), "4000")
+    compare_logs.make(str(tmp_path), 4000)
     golden = str(tmp_path / "golden")
     for run, first in (("few", "differs: "), ("late", "differs: the feedback of all ESCs comes 3 ms late from 0.10")):
         (ours, said), (theirs, _) = (

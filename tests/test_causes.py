@@ -19,8 +19,8 @@ from bench.scenarios import run
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
 import causes_bar
-from frame_log import Log
-from log_faults import FAULTS
+from logs.faults import FAULTS
+from logs.frames import Log
 
 ROOT = Path(__file__).parents[1]
 SECONDS = 3.2

@@ -2,10 +2,11 @@
 
 import cmath
 import dataclasses
-import importlib.util
+import importlib
 import json
 import math
 import re
+import sys
 import tomllib
 from pathlib import Path
 
@@ -53,10 +54,9 @@ LAYOUT_OF = {
 
 
 def script(name):
-    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    if str(ROOT / "scripts") not in sys.path:
+        sys.path.insert(0, str(ROOT / "scripts"))
+    return importlib.import_module(name)
 
 
 # --- the files ---------------------------------------------------------------------------------------------------

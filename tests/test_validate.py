@@ -14,8 +14,8 @@ from bench.kinematics import Kinematics
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 
-import mujoco_robot
 import validate
+from beside import mujoco_robot
 
 
 def numbers(text):

@@ -27,7 +27,7 @@ def measure(order: random.Random, share: float = 1.0) -> Sample:
     sample: Sample = {}
     for name in order.sample(sorted(jobs), len(jobs)):
         run = "few" if name == "python-can" else name
-        facts = _compare_logs(jobs[name], f"{folder.name}/{run}", f"{folder.name}/golden")
+        facts = json.loads(_compare_logs(jobs[name], f"{folder.name}/{run}", f"{folder.name}/golden"))
         sample |= {name: facts["cpu_s"], f"{name} MB": facts["peak_mb"]}
     return sample
 
@@ -56,7 +56,5 @@ def _large_logs(frames: int) -> tempfile.TemporaryDirectory[str]:
     return folder
 
 
-def _compare_logs(*arguments: str) -> dict[str, float]:
-    done = subprocess.run([sys.executable, _SCRIPT, *arguments], check=True, capture_output=True, text=True)
-    facts: dict[str, float] = json.loads(done.stdout)
-    return facts
+def _compare_logs(*arguments: str) -> str:
+    return subprocess.run([sys.executable, _SCRIPT, *arguments], check=True, stdout=subprocess.PIPE, text=True).stdout

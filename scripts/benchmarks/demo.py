@@ -1,7 +1,7 @@
 """The demo, headless, every frame encoded, decoded and recorded: simulated seconds a second.
 
 As `wheelbench demo --headless --record DIR` runs it, and the same sticks on four wheels. Before, between and after
-these runs the loop built from libraries (scripts/reference_loop.py) drives the demo's first seconds: a yardstick that
+these runs the loop built from libraries (beside/reference_loop.py) drives the demo's first seconds: a yardstick that
 does the same kind of work.
 """
 
@@ -32,7 +32,7 @@ LIBRARIES_ON_REFERENCE = 8.3
 
 def measure(order: random.Random, share: float = 1.0) -> Sample:
     """Each robot's factor by the processor's time and by the wall's, the libraries' between them."""
-    from reference_loop import LibraryLoop
+    from beside.reference_loop import LibraryLoop
 
     sample: Sample = {}
     ticks = max(1, round(LIBRARIES_TICKS * share) // (len(FACTORS_AT_LEAST) + 1))

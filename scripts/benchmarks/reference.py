@@ -1,4 +1,4 @@
-"""The demo's RC part, recorded, against the same loop from python-can and cantools (scripts/reference_loop.py)."""
+"""The demo's RC part, recorded, against the same loop from python-can and cantools (beside/reference_loop.py)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SLICE_TICKS = 200
 
 def measure(order: random.Random, share: float = 1.0) -> Sample:
     """CPU s a simulated s, recorded: by the bench, and by the loop built from libraries."""
-    from reference_loop import LibraryLoop
+    from beside.reference_loop import LibraryLoop
 
     slices = max(1, round(RC_PART_TICKS * share) // SLICE_TICKS)
     job = from_scenario(SCENARIO)

@@ -1,7 +1,7 @@
 """What is attacked, and what must hold whatever comes in: one function for each decoder, `check(data)`.
 
-`fuzz.py` drives these with bytes that reach new code, the tests with Hypothesis and with every finding so far. Each
-raises AssertionError where a promise is broken, and otherwise says nothing. attack_inputs.py says what `data` means.
+`scripts/fuzz.py` drives these with bytes that reach new code, the tests with Hypothesis and with every finding so far.
+Each raises AssertionError where a promise is broken, and otherwise says nothing. inputs.py says what `data` means.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from attack_inputs import HEAD, answer_frame, built, pieces, rc_frame, request_frame, times_us
-
+from attacks.inputs import HEAD, answer_frame, built, pieces, rc_frame, request_frame, times_us
 from bench import rc_decode
 from bench.canbus import dm3519
 from bench.canbus.table import Family

@@ -29,9 +29,9 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from forks import Ended, forks, limit
-from mutant_code import Only, caches_of, functions_of, put_in_place
-from mutants import Mutant, marked
+from mutation.code import Only, caches_of, functions_of, put_in_place
+from mutation.forks import Ended, forks, limit
+from mutation.mutants import Mutant, marked
 
 SURVIVED, UNREACHED, KILLED, HUNG, UNTOLD = "survived", "unreached", "killed", "hung", "untold"
 ANEW = "anew"

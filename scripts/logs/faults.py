@@ -14,7 +14,7 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from frame_log import Log
+from logs.frames import Log
 
 
 @dataclass(frozen=True)

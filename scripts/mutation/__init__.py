@@ -1,0 +1,1 @@
+"""What `mutate.py` runs: mutants, their code in place, and the tests that they meet."""
