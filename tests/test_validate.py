@@ -70,7 +70,7 @@ def test_every_direction_is_pushed_and_no_wheel_gets_more_than_asked():
 def test_without_mujoco_it_says_how_to_get_it():
     script = Path(validate.__file__)
     hidden = "import sys, runpy; sys.modules['mujoco'] = None; sys.argv = ['validate.py']; " + (
-        f"runpy.run_path({str(script)!r}, run_name='__main__')"
+        f"sys.path.insert(0, {str(script.parent)!r}); runpy.run_path({str(script)!r}, run_name='__main__')"
     )
     done = subprocess.run([sys.executable, "-c", hidden], capture_output=True, text=True)
     assert done.returncode == 3
