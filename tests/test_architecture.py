@@ -25,7 +25,7 @@ ONLY_IN = {
     "signal": (
         "cli/headless.py",
         "tui.py",
-        "io/process_child.py",
+        "io/forked.py",
         "io/process_link.py",
         "io/errand.py",
         "check/crowd.py",

@@ -11,12 +11,12 @@ from __future__ import annotations
 import json
 import os
 import signal
-import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeAlias
 
 from bench.errors import BenchError
+from bench.io.forked import fork, leave_the_terminal
 
 Tell: TypeAlias = Callable[[float], None]
 """Called with the share that is done; raises BrokenPipeError where nobody wants the rest."""
@@ -40,9 +40,7 @@ class Errand:
         """Why it did not."""
         self._told = b""
         self._pipe, theirs = os.pipe()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # forking beside threads: the child uses none of theirs
-            self._child = os.fork()
+        self._child = fork()
         if self._child == 0:
             os.close(self._pipe)
             _work(work, theirs)
@@ -96,11 +94,8 @@ def _work(work: Callable[[Tell], list[str]], pipe: int) -> None:
     """All that the child does; it never returns."""
     status = 1
     try:
-        os.setpgrp()
+        leave_the_terminal()
         os.nice(NICER)  # whoever drives meanwhile comes first
-        for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGHUP, signal.SIGQUIT):
-            signal.signal(number, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         _let_go_of_everything_but(pipe)
 
         def tell(**what: object) -> None:

@@ -7,14 +7,13 @@ reach the parent alone.
 from __future__ import annotations
 
 import os
-import signal
-import warnings
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, NoReturn
 
 from bench.errors import BenchError
 from bench.io.clock import REAL_TIME, TICK_NS, FreePacer, Metronome, be_punctual, now_ns, wait_ns
+from bench.io.forked import fork, leave_the_terminal
 from bench.io.link import BenchStopped, InlineLink, Taker
 from bench.io.process_wire import End, Inputs, Notice, PortNote, Ready, State, Stop, Wire, wire_pair
 from bench.io.realtime import run_in_real_time
@@ -59,9 +58,7 @@ class Task(NamedTuple):
 def start(task: Task) -> tuple[int, Wire]:
     """Fork the child; its process id, and the parent's end of the wire to it."""
     mine, theirs = wire_pair()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # forking beside threads: the child uses none of theirs
-        child = os.fork()
+    child = fork()
     if child == 0:
         mine.close()
         _live(task, theirs)
@@ -73,10 +70,7 @@ def _live(task: Task, wire: Wire) -> NoReturn:
     """All that the child does."""
     try:
         loop = _Loop(task, wire)
-        os.setpgrp()
-        for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGHUP):
-            signal.signal(number, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        leave_the_terminal()
         error: BenchError | None = None
         try:
             loop.run()

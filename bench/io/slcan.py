@@ -13,6 +13,7 @@ last such letter of a line is where its frame begins.
 from __future__ import annotations
 
 from binascii import unhexlify
+from functools import cache
 
 from bench.messages import CanFrame
 
@@ -25,12 +26,19 @@ BITRATES = {
 STAMP_DIGITS = 4
 REFUSED = b"\a"
 
-_HEADS: dict[bytes, tuple[int, int]] = {
-    f"t{can_id:03X}{length}".encode(): (can_id, 5 + 2 * length) for can_id in range(0x800) for length in range(9)
-}
-"""The first five bytes of a standard data frame, in upper case -> identifier, length of the whole line."""
 _OTHER_KINDS = {b"T": 8, b"r": 3, b"R": 8}
 _NOT_FRAMES = (b"", b"z", b"Z")
+
+
+@cache
+def _heads() -> dict[bytes, tuple[int, int]]:
+    """The first five bytes of a standard data frame, in upper case -> identifier, length of the whole line.
+
+    18,432 of them: made for the first reader, and not at the start of programs that have none.
+    """
+    return {
+        f"t{can_id:03X}{length}".encode(): (can_id, 5 + 2 * length) for can_id in range(0x800) for length in range(9)
+    }
 
 
 class SlcanReader:
@@ -45,6 +53,7 @@ class SlcanReader:
         self.noise_lines = 0
         self.refusals = 0
         self._rest = b""
+        self._heads = _heads()
 
     def feed(self, data: bytes) -> list[CanFrame]:
         """The frames that these bytes complete, in order."""
@@ -53,7 +62,7 @@ class SlcanReader:
         # What could still become a frame is short; anything before it is noise.
         self._rest = rest if len(rest) <= MOST_LINE_BYTES else rest[-MOST_LINE_BYTES:]
         frames: list[CanFrame] = []
-        heads, odd = _HEADS, self._odd
+        heads, odd = self._heads, self._odd
         for line in lines:
             head = heads.get(line[:5])
             if head is not None and len(line) == head[1]:
@@ -71,7 +80,7 @@ class SlcanReader:
         start = max(line.rfind(letter) for letter in (b"t", b"T", b"r", b"R"))
         if start >= 0:
             line = line[start:]
-            head = _HEADS.get(b"t" + line[1:5].upper()) if line[:1] == b"t" else None
+            head = self._heads.get(b"t" + line[1:5].upper()) if line[:1] == b"t" else None
             if head is not None and len(line) - head[1] in (0, STAMP_DIGITS) and _is_hex(line[5:]):
                 frames.append((head[0], unhexlify(line[5 : head[1]])))
                 return

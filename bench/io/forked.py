@@ -1,0 +1,22 @@
+"""A process of our own for a piece of work: forked, so that it begins with all that is here, and needs no pickling."""
+
+from __future__ import annotations
+
+import os
+import signal
+import warnings
+
+
+def fork() -> int:
+    """As `os.fork`, where this process may have threads: the child uses none of theirs."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
+
+
+def leave_the_terminal() -> None:
+    """In the child: its keys reach the parent alone, which says when to end. SIGTERM ends it as any process."""
+    os.setpgrp()
+    for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
