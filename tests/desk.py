@@ -10,9 +10,9 @@ from bench.check.run import Run
 from bench.config import load_robot
 from bench.io.clock import FreePacer
 from bench.io.link import InlineLink, Wires
+from bench.io.look import Seen
 from bench.io.scope import ScopePicture, ScopeSettings, Trace
-from bench.io.tap import Seen
-from bench.io.wiretap import Logged, WireRow, WireSum, WireTable
+from bench.io.wires.table import Logged, WireRow, WireSum, WireTable
 from bench.loop import simulated
 from bench.messages import BodyTwist, Pose, RcFrame, Snapshot
 from bench.screen.keyboard import Keyboard

@@ -3,9 +3,11 @@
 import pytest
 from desk import M2006, Granted, a_job, frame, pass_ticks, piloted
 
-from bench.io import tap, wiretap
+from bench.io import tap
+from bench.io.look import Look
 from bench.io.scope import ScopeSettings
-from bench.io.tap import Look
+from bench.io.wires import counts
+from bench.io.wires.wiretap import Wiretap
 from bench.screen.session import Session
 from bench.screen.stage import to_drive
 from bench.screen.view import picture
@@ -117,13 +119,13 @@ def test_a_fork_of_long_ago_goes_on_with_the_figures_of_then(monkeypatch):
 
 
 def test_the_past_is_bounded(monkeypatch):
-    monkeypatch.setattr(wiretap, "MOST_KEPT", 4)
+    monkeypatch.setattr(counts, "MOST_KEPT", 4)
     job, _ = a_job(M2006)
-    one = wiretap.Wiretap(M2006)
+    one = Wiretap(M2006)
     ticks = [job.bench.tick(job.inputs(tick)) for tick in range(200)]
     for start in range(0, 9000, 200):
         one.take([out._replace(tick=start + out.tick) for out in ticks])
-    assert [kept.tick for kept in one._kept] == [2000, 4000, 6000, 8000]
+    assert [kept.tick for kept in one._counts.kept] == [2000, 4000, 6000, 8000]
     assert (one.kept_before(7999), one.kept_before(8000), one.kept_before(1999)) == (6000, 8000, 0)
 
 

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from bench.check.signals import names
 from bench.config import load_robot
+from bench.io.look import Look
 from bench.io.scope import KEPT_TICKS, SPANS_MS, Scope, ScopeSettings, scope_signals
-from bench.io.tap import Look, Tap
+from bench.io.tap import Tap
 from bench.loop import simulated
 from bench.messages import TickOutput
 from bench.screen.scope import bounds

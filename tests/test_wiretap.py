@@ -11,8 +11,11 @@ from bench.canbus.bits import wire_bits
 from bench.check.run import from_scenario
 from bench.config import load_robot
 from bench.demo import SCENARIO
-from bench.io.tap import KEPT_TICKS, Look, Tap
-from bench.io.wiretap import LOGGED, MOST_ROWS, Wiretap
+from bench.io.look import Look
+from bench.io.tap import KEPT_TICKS, Tap
+from bench.io.wires.counts import MOST_ROWS
+from bench.io.wires.log import LOGGED
+from bench.io.wires.wiretap import Wiretap
 from bench.messages import TickOutput
 
 M2006 = load_robot("m2006")

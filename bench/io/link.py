@@ -18,7 +18,8 @@ from bench.errors import EXIT_FAILED, BenchError
 from bench.io.clock import Pacer
 from bench.io.follower import Followed, Follower, Wires
 from bench.io.history import Event, History, LostInstant, Mark, Subject, join, mark_of
-from bench.io.tap import Look, Seen, Tap
+from bench.io.look import Look, Seen
+from bench.io.tap import Tap
 from bench.loop import Bench
 from bench.messages import Snapshot, TickInput, TickOutput
 

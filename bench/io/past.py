@@ -10,11 +10,13 @@ all are there the answer says how far it is. They stay as long as the past is lo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from bench.config import Robot
+from bench.io.look import Look, Seen
 from bench.io.scope import PATIENCE_TICKS, Scope, ScopePicture, ScopeSettings
-from bench.io.wiretap import KEPT_EVERY, MARK_TICKS, MARKS, WireTable, Wiretap
+from bench.io.wires.counts import KEPT_EVERY, MARK_TICKS, MARKS
+from bench.io.wires.wiretap import Wiretap
 from bench.messages import TickOutput
 
 PART_TICKS = 500
@@ -42,14 +44,6 @@ class Source(Protocol):
         ...
 
 
-class PastSeen(NamedTuple):
-    """As `tap.Seen`; `building` is the share that is there while ticks are still being built."""
-
-    wires: WireTable | None = None
-    scope: ScopePicture | None = None
-    building: float | None = None
-
-
 class Past:
     """Looks back in one run. `wiretap` is the run's own, which has kept its figures."""
 
@@ -60,21 +54,19 @@ class Past:
         self._wiretap: tuple[int, str, Wiretap] | None = None
         self._sampled: Scope | None = None
 
-    def look(
-        self, before_tick: int, *, wires: bool, filter: str, log: int, scope: ScopeSettings | None, columns: int
-    ) -> PastSeen:
+    def look(self, wanted: Look, before_tick: int) -> Seen:
         """What is wanted, as it was before this tick. Raises ValueError for a signal that the run does not have."""
-        first = before_tick
-        if wires:
+        first, filter, scope = before_tick, wanted.filter, wanted.scope
+        if wanted.wires:
             first = min(first, self._wires_from(before_tick) - LEAD_TICKS)
         if scope is not None:
             first = min(first, _scope_from(before_tick, scope.span_ms) - LEAD_TICKS)
         done = self._build(max(0, first), before_tick)
         if done < 1.0:
-            return PastSeen(building=done)
-        return PastSeen(
-            self.wiretap(before_tick, filter).table(filter, log) if wires else None,
-            self._picture(before_tick, scope, columns) if scope is not None else None,
+            return Seen(building=done)
+        return Seen(
+            self.wiretap(before_tick, filter).table(filter, wanted.log) if wanted.wires else None,
+            self._picture(before_tick, scope, wanted.columns) if scope is not None else None,
         )
 
     def wiretap(self, before_tick: int, filter: str = "") -> Wiretap:

@@ -17,10 +17,11 @@ from bench.io.clock import TICK_NS, Lateness, now_ns, wait_ns
 from bench.io.follower import Followed, Follower
 from bench.io.history import History
 from bench.io.link import LostInstant, Taker
+from bench.io.look import Look, Seen
 from bench.io.process_child import Prepared, Task, start
 from bench.io.process_pace import ChildsPacer, Lead
 from bench.io.process_wire import Beat, End, Inputs, Notice, PortNote, Ready, State, Stop, Word
-from bench.io.tap import Look, Seen, Tap
+from bench.io.tap import Tap
 from bench.loop import Bench
 from bench.messages import Snapshot, TickInput
 

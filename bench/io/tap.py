@@ -10,37 +10,16 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from itertools import islice
-from typing import NamedTuple
 
 from bench.config import Robot
+from bench.io.look import Look, Seen
 from bench.io.past import Past
-from bench.io.scope import Scope, ScopePicture, ScopeSettings
-from bench.io.wiretap import WireTable, Wiretap
+from bench.io.scope import Scope
+from bench.io.wires.wiretap import Wiretap
 from bench.messages import TickOutput
 
 KEPT_TICKS = 4000
 """So many ticks are kept whole: a signal that is chosen now has a past. Some 3 MB."""
-
-
-class Look(NamedTuple):
-    """What somebody wants to see."""
-
-    wires: bool = False
-    filter: str = ""
-    log: int = 0
-    """How many of the newest frames, in words; without any, the rows have no words either."""
-    scope: ScopeSettings | None = None
-    columns: int = 0
-    """How many columns of dots the scope has room for."""
-
-
-class Seen(NamedTuple):
-    """The answer; None for what was not asked for."""
-
-    wires: WireTable | None = None
-    scope: ScopePicture | None = None
-    building: float | None = None
-    """The share of an earlier instant that has been built again; it is not shown before all is there."""
 
 
 class Tap:
@@ -115,17 +94,7 @@ class Tap:
     def _look_back(self, wanted: Look, before_tick: int) -> Seen:
         if self._past is None:
             self._past = Past(self._robot, self._columns, self, self._wiretap)
-        past = self._past
-        return Seen(
-            *past.look(
-                before_tick,
-                wires=wanted.wires,
-                filter=wanted.filter,
-                log=wanted.log,
-                scope=wanted.scope,
-                columns=wanted.columns,
-            )
-        )
+        return self._past.look(wanted, before_tick)
 
     def _fresh(self) -> list[TickOutput]:
         """The ticks since the last look, as far as they are still kept."""

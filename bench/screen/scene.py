@@ -9,8 +9,8 @@ from bench.arena import FIELD, Arena, Obstacle
 from bench.check.expectations import Standing
 from bench.config import Robot
 from bench.io.link import Wires
+from bench.io.look import Seen
 from bench.io.scope import ScopeSettings
-from bench.io.tap import Seen
 from bench.messages import Snapshot
 from bench.screen.dialog import Shown as Dialog
 from bench.screen.layout import DRIVE

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from bench.config import Robot
+from bench.io.look import Look, Seen
 from bench.io.scope import EDGES, MODES, MOST_TRACES, SPANS_MS, ScopeSettings, scope_signals
-from bench.io.tap import Look, Seen
 from bench.screen.layout import DRIVE, PAGES, SCOPE, WIRES, panes
 from bench.screen.scene import Menu, Shown
 

@@ -5,7 +5,7 @@ A row a CAN identifier, a SLAMWARE sub-command, a kind of RC frame. What the fil
 
 from __future__ import annotations
 
-from bench.io.wiretap import CAN, CORE, RC, Logged, WireRow, WireSum, WireTable
+from bench.io.wires.table import CAN, CORE, RC, Logged, WireRow, WireSum, WireTable
 from bench.screen.scene import Scene
 from bench.screen.text import (
     BAD_BADGE,
