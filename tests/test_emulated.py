@@ -467,6 +467,17 @@ def test_emulate_refuses_in_one_sentence(call, arguments, status, tells):
     assert len(err.splitlines()) == 1
 
 
+def test_a_receiver_plays_a_scenario_whose_robot_lies_beside_it(call, tmp_path):
+    (tmp_path / "mine.toml").write_text((ROOT / "bench" / "robots" / "m2006.toml").read_text())
+    scenario = tmp_path / "s.toml"
+    rc = ROOT / "bench" / "demo" / "drive.bin"
+    scenario.write_text(f'schema = 1\nname = "s"\nseconds = 1.0\nrobot = "mine.toml"\nrc = "{rc}"\n')
+    played = ("emulate", "receiver", "pty:", "--protocol", "sbus", "--from", scenario, "--seconds", "0.1", "--json")
+    status, out, err = call(*played)
+    assert (status, err) == (0, "")
+    assert json.loads(out.splitlines()[-1])["frames"] > 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "key"),
     [

@@ -173,7 +173,7 @@ def test_many_come_in_order_whatever_becomes_of_them():
         ({"seconds": 1, "expect": "always armed"}, "expect: expected at least one table [[expect]]"),
         ({"seconds": math.nan}, "seconds: expected a finite number"),
         ({"seconds": 1, "extends": "base.toml"}, "extends: is for files; in Python, take the keys of another"),
-        ({"seconds": 1, "robot": "m206"}, "no robot is called 'm206'; did you mean m2006?"),
+        ({"seconds": 1, "robot": "m206"}, "scenario: robot: no robot is called 'm206'; did you mean m2006?"),
         ({"seconds": 1, "controller": "no-timout"}, "no controller is called 'no-timout'; did you mean no-timeout?"),
         ({"seconds": 1, "noise": {1: 2}}, "noise.1: a key is a text"),
     ],

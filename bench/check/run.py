@@ -26,7 +26,18 @@ from bench.check.faulty import FaultyWorld, Injector
 from bench.check.reading import Recording
 from bench.check.recording import BLOCK_TICKS, RUN_TOML, Recorder, RunInfo, read_bytes
 from bench.check.scenario import Scenario, load_scenario
-from bench.config import EXACT, SPEED_LOOP, ConfigError, Robot, load_profile, load_robot, profile_names, with_choices
+from bench.config import (
+    EXACT,
+    SPEED_LOOP,
+    ConfigError,
+    Robot,
+    load_profile,
+    load_robot,
+    profile_names,
+    profile_path,
+    robot_path,
+    with_choices,
+)
 from bench.errors import UsageError
 from bench.loop import NOTHING, Bench, replayed, simulated, simulated_motors
 from bench.messages import TickInput, TickOutput
@@ -198,8 +209,7 @@ def run_of(
     if isinstance(robot, Robot):
         built = robot if profile is None else replace(robot, rc=load_profile(profile))
     else:
-        said = _beside(path, scenario.profile) if scenario.profile else None
-        built = load_robot(robot or _beside(path, scenario.robot), profile or said)
+        built = robot_of(scenario, robot, profile)
     try:
         built = with_choices(built, None, scenario.odometry)
         chosen = controller_of(built, None if controller else scenario.controller, path.parent)
@@ -389,7 +399,17 @@ def info_of(
     )
 
 
-def _beside(path: Path, name: str) -> str | Path:
-    """A robot that a scenario names: one of ours, or a file next to the scenario's."""
+def robot_of(scenario: Scenario, robot: str | Path | None = None, profile: str | Path | None = None) -> Robot:
+    """The robot and transmitter that a scenario names, unless others are given. Raises ConfigError."""
+    if profile is None and scenario.profile is not None:
+        profile = _said(scenario.path, "profile", scenario.profile, profile_path)
+    return load_robot(robot or _said(scenario.path, "robot", scenario.robot, robot_path), profile)
+
+
+def _said(path: Path, key: str, name: str, find: Callable[[str | Path], Path]) -> Path:
+    """The robot or profile that a scenario names: one of ours, or a file next to the scenario's."""
     beside = path.parent / name
-    return beside if beside.suffix == ".toml" and beside.exists() else name
+    try:
+        return find(beside if beside.suffix == ".toml" and beside.exists() else name)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {key}: {error}") from None

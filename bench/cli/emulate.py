@@ -275,8 +275,8 @@ def _usual_profile(protocol: str) -> Profile:
 
 def _frames(source: Path | None, profile: Profile) -> dict[int, bytes]:
     """The bytes of each tick that has any, in the profile's protocol."""
+    from bench.check.run import robot_of
     from bench.check.scenario import load_scenario
-    from bench.config import load_robot
     from bench.errors import UsageError
     from bench.rc.capture import by_tick, load_capture
     from bench.rc.retransmit import retransmitted
@@ -290,7 +290,7 @@ def _frames(source: Path | None, profile: Profile) -> dict[int, bytes]:
         if scenario.rc is None:
             return sent_by_tick(profile, scenario.sticks, scenario.ticks)
         path = scenario.rc
-        read_by = load_robot(scenario.robot, scenario.profile).rc
+        read_by = robot_of(scenario).rc
     capture = load_capture(path)
     protocol = capture.protocol or (read_by.protocol if read_by else profile.protocol)
     if read_by is None or read_by.protocol != protocol:

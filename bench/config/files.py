@@ -72,7 +72,10 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
     body = data.table("body").into(Body)
     rc = data.get("rc", str, None)
     if profile is None and rc is not None:
-        profile = _beside(path, rc)
+        try:
+            profile = profile_path(_beside(path, rc))
+        except ConfigError as error:
+            raise data.fail("rc", str(error)) from None
     robot = Robot(
         name=data.get("name", str),
         about=data.get("about", str),
