@@ -314,7 +314,7 @@ def environment(folder: str, packages: Sequence[str] = PACKAGES, with_pip: bool 
     """Make a virtual environment that has these packages: its interpreter, or None where they cannot be installed."""
     print("installing the peers into a throw-away environment ...", file=sys.stderr)
     python = Path(folder) / ("Scripts" if os.name == "nt" else "bin") / "python"
-    pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *packages]
+    pip = [str(python), "-m", "pip", "install", "--quiet", "--quiet", "--disable-pip-version-check", *packages]
     try:
         venv.create(folder, with_pip=with_pip)
         subprocess.run(pip, stdout=sys.stderr, check=True)
