@@ -11,6 +11,7 @@ import os
 import platform
 import random
 from collections.abc import Sequence
+from importlib.util import find_spec
 from types import ModuleType
 
 from arguments import at_least_one, end_with, parser
@@ -44,6 +45,8 @@ PIECES: dict[str, ModuleType] = {
 """A file for each. `measure(order, share)` runs once a round, on a share of its full length; `report(samples)` turns
 all rounds into lines; its first line says what it is."""
 
+NEED_CANTOOLS = frozenset({"demo", "reference"})
+
 
 def run(pieces: Sequence[str], rounds: int, share: float = 1.0) -> list[Row]:
     """Measure these pieces round by round; the lines of the table, in the order of `PIECES`."""
@@ -67,8 +70,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--only", action="append", choices=list(PIECES), metavar="NAME", help="a piece of those below; may be repeated"
     )
     args = asked.parse_args(arguments)
+    pieces = args.only or list(PIECES)
+    if not NEED_CANTOOLS.isdisjoint(pieces) and find_spec("cantools") is None:
+        print(
+            "scripts/benchmark.py needs cantools for the loop from libraries: pip install -e '.[dev]'", file=sys.stderr
+        )
+        return 3
     print(f"{_surroundings()}; medians of {args.rounds} interleaved rounds", flush=True)
-    rows = run(args.only or list(PIECES), args.rounds)
+    rows = run(pieces, args.rounds)
     print(table(rows))
     missed = [row for row in rows if row.verdict == "MISSED"]
     print(f"afterwards: {_surroundings()}" + (f"; {len(missed)} bar(s) MISSED" if missed else "; every bar met"))

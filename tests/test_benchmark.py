@@ -195,6 +195,12 @@ def test_an_empty_call_takes_as_long_as_timeit_says():
     assert call_ns / (timed_s * 1e4) == pytest.approx(1.0, abs=0.8)
 
 
+def test_without_cantools_it_says_how_to_get_it(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "cantools", None)
+    assert benchmark.main(["--only", "demo"]) == 3
+    assert "pip install -e '.[dev]'" in capsys.readouterr().err
+
+
 def test_every_piece_is_named_in_the_help(capsys):
     with pytest.raises(SystemExit):
         benchmark.main(["--help"])
