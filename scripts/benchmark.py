@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import platform
 import random
+import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
 from types import ModuleType

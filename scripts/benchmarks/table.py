@@ -13,8 +13,8 @@ Sample = dict[str, float]
 _TOLD_FOR = tuple(f"if a call took {ns:g} ns" for ns in REFERENCE_NS.values())
 LEGEND = (
     f'"{_TOLD_FOR[0]}", "{_TOLD_FOR[1]}": calculated, not measured. The measured number by the empty Python call\n'
-    "of the same round, for the reference machine with a warm clock and with a cold one. Waiting for a busy core is not in\n"
-    "that call, so that what is told by the wall stays as slow as this machine was busy."
+    "of the same round, for the reference machine with a warm clock and with a cold one. Waiting for a busy core is\n"
+    "not in that call: wall figures keep it."
 )
 
 
