@@ -24,10 +24,12 @@ from bench.io.clock import wait_ns
 from bench.io.crossed import crossed
 from bench.io.emulated.devices import CoreOnLine, EscsOnBus, FirmwareOnPorts
 from bench.io.emulated.slcan import SlcanOnLine
+from bench.io.limiter import Limiter
 from bench.io.process_child import Prepared
 from bench.io.process_link import ProcessLink
 from bench.io.process_wire import Beat
-from bench.io.roles import Limiter, OutBus, take_role
+from bench.io.rig import OutBus
+from bench.io.roles import take_role
 from bench.io.serial_port import open_serial
 from bench.loop import simulated
 from bench.m2006 import decode_command

@@ -115,7 +115,8 @@ def stop_motors(args: argparse.Namespace, job: Run) -> None:
     """The loop's process died and could not: tell real motors to stop, if their bus can be opened at all."""
     from bench.errors import BenchError
     from bench.io.can_port import open_can
-    from bench.io.roles import CLOSING_FRAMES, Limiter
+    from bench.io.limiter import Limiter
+    from bench.io.rig import CLOSING_FRAMES
 
     if args.role != "motors":
         return

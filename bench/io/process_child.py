@@ -17,7 +17,7 @@ from bench.io.forked import fork, leave_the_terminal
 from bench.io.link import BenchStopped, InlineLink, Taker
 from bench.io.process_wire import End, Inputs, Notice, PortNote, Ready, State, Stop, Wire, wire_pair
 from bench.io.realtime import run_in_real_time
-from bench.io.roles import Rig
+from bench.io.rig import Rig
 from bench.loop import Bench
 from bench.messages import TickInput, TickOutput
 

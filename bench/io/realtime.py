@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from bench.io.clock import Metronome
 from bench.io.link import InlineLink
-from bench.io.roles import Rig
+from bench.io.rig import Rig
 
 MOST_BEHIND_TICKS = 20
 """So many late ticks may run back to back before ports and people are looked after all the same."""

@@ -1,0 +1,160 @@
+"""The real ports of a run, looked after between ticks.
+
+A rig says when a port is lost and when it is back, lets frames of late ticks leave only where they are the newest, and
+keeps everything silent while something is missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from bench.io.address import can_address, serial_address
+from bench.io.can_port import CanPort, open_can
+from bench.io.limiter import Limiter
+from bench.io.paced_writer import PacedWriter
+from bench.io.serial_port import SerialPort, open_serial
+from bench.messages import ZERO_TWIST, CanFrame, TickInput
+from bench.rc.line import USUAL
+
+SILENT = TickInput(b"", ZERO_TWIST)
+"""What enters while something is missing: no transmitter, and a core that wants to stand."""
+CLOSING_FRAMES = 3
+
+
+class OutBus:
+    """Frames on their way to a bus. A tick's all leave; of several late ticks, the newest of each identifier."""
+
+    def __init__(self, port: CanPort) -> None:
+        self.port = port
+        self.superseded = 0
+        """Frames that never left because a newer one was there."""
+        self._waiting: dict[int, list[CanFrame]] = {}
+
+    def put(self, frames: Sequence[CanFrame]) -> None:
+        """The frames of one tick."""
+        waiting = self._waiting
+        mine: set[int] = set()
+        for frame in frames:
+            can_id = frame[0]
+            if can_id not in mine:
+                mine.add(can_id)
+                self.superseded += len(waiting.pop(can_id, ()))
+                waiting[can_id] = [frame]
+            else:
+                waiting[can_id].append(frame)
+
+    def flush(self) -> None:
+        """Let them go."""
+        if self._waiting:
+            self.port.write([frame for frames in self._waiting.values() for frame in frames])
+            self._waiting.clear()
+
+
+class Rig:
+    """The real ports of a run. `notices` are sentences for the person, with their tick, until they are taken."""
+
+    def __init__(self, role: str) -> None:
+        self.role = role
+        self.ports: list[SerialPort | CanPort] = []
+        self.buses: list[OutBus] = []
+        self.writers: list[PacedWriter] = []
+        self.notices: list[tuple[int, str]] = []
+        self.losses = 0
+        self.operator_silent = False
+        self.limiter: Limiter | None = None
+        self.holds_zero = False
+        """Real motors get no current until everything is there and the base is disarmed."""
+        self.is_armed: Callable[[], bool] = lambda: False
+        """Whether the base is armed, where somebody can tell."""
+        self._lost: dict[int, str] = {}
+        self._flooded: set[int] = set()
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether a port or the operator is missing: then nothing is asked of anybody."""
+        return bool(self._lost) or self.operator_silent
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The ports that are lost now, and why."""
+        return tuple(f"{self.ports[index].name}: {why}" for index, why in self._lost.items())
+
+    def gated(self, inputs: Callable[[int], TickInput]) -> Callable[[int], TickInput]:
+        """The same inputs, but silence while something is missing."""
+
+        def given(tick: int) -> TickInput:
+            entering = inputs(tick)
+            return SILENT if self.is_silent else entering
+
+        return given
+
+    def look(self, tick: int) -> None:
+        """After a tick: which port has gone or come back."""
+        for index, port in enumerate(self.ports):
+            if port.is_flooded and index not in self._flooded:
+                self._flooded.add(index)
+                self.notices.append((tick, f"{port.name}: floods, with more than a real wire could bring"))
+            if port.lost:
+                if index not in self._lost:
+                    self.losses += 1
+                    self.notices.append((tick, f"{port.name}: lost ({port.lost}); zero until it is back"))
+                self._lost[index] = port.lost
+                if port.revive():
+                    del self._lost[index]
+                    self._back(tick, port)
+            elif index in self._lost:
+                del self._lost[index]
+                self._back(tick, port)
+        if self.limiter is not None:
+            if self.is_silent:
+                self.holds_zero = True
+            elif self.holds_zero and not self.is_armed():
+                self.holds_zero = False
+
+    def flush(self) -> None:
+        """Let what is waiting go."""
+        for bus in self.buses:
+            bus.flush()
+
+    def step(self) -> None:
+        """A millisecond for the lines that are paced."""
+        for writer in self.writers:
+            writer.step()
+
+    def find(self) -> bool:
+        """Whether all ports are there; before the first tick, when it is no loss that one is not yet."""
+        return all([port.revive() for port in self.ports])
+
+    def close(self) -> None:
+        """Give everything back; motors are told to stop first."""
+        if self.limiter is not None:
+            for bus in self.buses:
+                for _ in range(CLOSING_FRAMES):
+                    bus.put(self.limiter.stop)
+                    bus.flush()
+        for port in self.ports:
+            port.close()
+
+    def _back(self, tick: int, port: SerialPort | CanPort) -> None:
+        again = "; arm again to go on" if self.limiter is not None else ""
+        self.notices.append((tick, f"{port.name}: back{again}"))
+
+    def serial(self, name: str, address: str, protocol: str | None = None) -> SerialPort | None:
+        """Open a serial line of this rig; None for `sim:`."""
+        where = serial_address(name, address)
+        if where.is_sim:
+            return None
+        port = open_serial(name, where, USUAL[protocol]) if protocol else open_serial(name, where)
+        self.ports.append(port)
+        return port
+
+    def can(self, name: str, address: str) -> tuple[CanPort, OutBus] | None:
+        """Open a bus of this rig; None for `sim:`."""
+        where = can_address(name, address)
+        if where.is_sim:
+            return None
+        port = open_can(name, where)
+        self.ports.append(port)
+        bus = OutBus(port)
+        self.buses.append(bus)
+        return port, bus
