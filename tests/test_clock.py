@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.io.clock import FreePacer, Lateness, Metronome, WallPacer, now_ns
+from bench.io.clock import FreePacer, Metronome, WallPacer, now_ns
+from bench.io.lateness import Lateness
 
 MS = 1_000_000
 

@@ -13,7 +13,8 @@ import pytest
 from bench.config import load_robot
 from bench.errors import SurroundingsError
 from bench.io import surroundings, timing
-from bench.io.clock import REAL_TIME, Lateness
+from bench.io.lateness import Lateness
+from bench.io.punctual import REAL_TIME
 
 ROOT = Path(__file__).parents[1]
 M2006 = load_robot("m2006")
@@ -149,7 +150,7 @@ def test_counts_join_without_loss():
 
 def test_a_child_gets_what_it_may_have():
     """In a process of its own: what is asked for holds for all of it."""
-    code = "from bench.io.clock import be_punctual; print(be_punctual(with_priority=False)); print(be_punctual())"
+    code = "from bench.io.punctual import be_punctual; print(be_punctual(with_priority=False)); print(be_punctual())"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     ordinary, most = done.stdout.splitlines()
     assert ordinary in ("ordinary scheduling", "ordinary priority, short time slice")

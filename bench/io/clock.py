@@ -5,15 +5,12 @@ A pacer says how many ticks may run now. It knows nothing of benches: `due(done)
 
 from __future__ import annotations
 
-import ctypes
-import gc
-import os
-import struct
-import sys
 import time
 from collections.abc import Callable
 from typing import Protocol
 
+from bench.io.lateness import Lateness
+from bench.io.punctual import be_ordinary
 from bench.messages import TICK_US
 
 TICK_NS = TICK_US * 1000
@@ -21,11 +18,21 @@ BURST_TICKS = 250
 """Five frames of a 20 Hz screen: a hiccup is caught up, a longer stop is not run through in one go."""
 WINDOW_NS = 1_000_000_000
 """Speed and lateness are measured over this long, so that the figures can be read."""
+MOST_SPIN_NS = 50_000
+"""Woken this much before a deadline, a quiet machine is on time to the microsecond; a busy one charges the spinner."""
+MISSED_NS = 300_000
+CALM_TICKS, MOST_CALM_TICKS = 1000, 64_000
+SLIP_NS = BURST_TICKS * TICK_NS
 
 
 def now_ns() -> int:
     """Monotonic time, for durations only."""
     return time.monotonic_ns()
+
+
+def wait_ns(duration_ns: int) -> None:
+    """Sleep so long."""
+    time.sleep(duration_ns / 1e9)
 
 
 class Pacer(Protocol):
@@ -127,88 +134,6 @@ class FreePacer:
         return self._burst
 
 
-MOST_SPIN_NS = 50_000
-"""Woken this much before a deadline, a quiet machine is on time to the microsecond; a busy one charges the spinner."""
-MISSED_NS = 300_000
-CALM_TICKS, MOST_CALM_TICKS = 1000, 64_000
-SLIP_NS = BURST_TICKS * TICK_NS
-LONGEST_LATE_US = 50_000
-REAL_TIME = "real-time priority"
-PRIORITY = 10
-"""Above everything ordinary, below the kernel's own threads."""
-SLICE_NS = 100_000
-_PR_SET_TIMERSLACK = 29
-_SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
-
-
-class Lateness:
-    """How late ticks began, counted by whole microseconds; in bounded memory."""
-
-    def __init__(self) -> None:
-        self.ticks = 0
-        self.most_us = 0.0
-        self.over_1_ms = 0
-        self._counts = [0] * (LONGEST_LATE_US + 1)
-
-    def add(self, late_ns: int) -> None:
-        """One more tick."""
-        self.ticks += 1
-        self._counts[min(late_ns // 1000, LONGEST_LATE_US)] += 1
-        if late_ns > 1000 * self.most_us:
-            self.most_us = late_ns / 1000
-        if late_ns > TICK_NS:
-            self.over_1_ms += 1
-
-    def add_many(self, late_us: int, ticks: int) -> None:
-        """So many ticks that were late by these whole microseconds and a part of one."""
-        self.ticks += ticks
-        self._counts[min(late_us, LONGEST_LATE_US)] += ticks
-        if late_us * 1000 >= TICK_NS:
-            self.over_1_ms += ticks
-        self.most_us = max(self.most_us, float(late_us))
-
-    def join(self, other: Lateness) -> None:
-        """Count the ticks of another too."""
-        most_us = max(self.most_us, other.most_us)
-        for late_us, ticks in enumerate(other._counts):
-            if ticks:
-                self.add_many(late_us, ticks)
-        self.most_us = most_us
-
-    def bars(self) -> list[tuple[str, int]]:
-        """A histogram in steps of 1, 2, 5, 10 ...: "up to 5 us" and how many ticks."""
-        edges = [step * 10**power for power in range(5) for step in (1, 2, 5)]
-        rows, low = [], 0
-        for edge in edges:
-            rows.append((f"{edge} us", sum(self._counts[low:edge])))
-            low = edge
-        rows.append((f"over {edges[-1]} us", sum(self._counts[low:])))
-        return rows
-
-    def percentile_us(self, percent: float) -> float:
-        """So many percent of the ticks were at most this late, to the microsecond above; 0 before the first."""
-        if not self.ticks:
-            return 0.0
-        wanted, seen = percent / 100.0 * self.ticks, 0
-        for late_us, count in enumerate(self._counts):
-            seen += count
-            if seen >= wanted:
-                return min(late_us + 1.0, self.most_us)
-        return self.most_us
-
-    def facts(self) -> dict[str, float]:
-        """The usual figures; `over_1_ms_percent` is the share of ticks later than a whole tick."""
-        share = 100.0 * self.over_1_ms / self.ticks if self.ticks else 0.0
-        return {
-            "ticks": self.ticks,
-            "p50_us": self.percentile_us(50.0),
-            "p99_us": self.percentile_us(99.0),
-            "p999_us": self.percentile_us(99.9),
-            "max_us": round(self.most_us, 1),
-            "over_1_ms_percent": round(share, 4),
-        }
-
-
 class Metronome:
     """Absolute deadlines, a millisecond apart: `wait` for each. It sleeps to just before it and spins the rest.
 
@@ -273,42 +198,3 @@ class Metronome:
             slip = late_ns // TICK_NS
             self.slipped_ticks += slip
             self._deadline_ns += slip * TICK_NS
-
-
-def be_punctual(with_priority: bool = True) -> str:
-    """What a process needs that shall be woken on time; what it got, in words.
-
-    No timer slack (50 us by default), and no garbage collection: a tick makes no cycles, so nothing piles up. Then
-    real-time priority, where that is allowed; else a short time slice, which newer kernels (6.12) honour by waking the
-    process earlier among others that compute. Children have none of it.
-    """
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    if not sys.platform.startswith("linux"):
-        return "ordinary scheduling"
-    libc = ctypes.CDLL(None)
-    libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    if with_priority:
-        try:
-            os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))
-            return REAL_TIME
-        except OSError:
-            pass
-    number = _SCHED_SETATTR.get(os.uname().machine)
-    # struct sched_attr: size, policy, flags (reset on fork), nice, priority, runtime (the slice), and what is not ours
-    attributes = struct.pack("<IIQiIQQQII", 56, 0, 1, os.getpriority(os.PRIO_PROCESS, 0), 0, SLICE_NS, 0, 0, 0, 0)
-    if number is not None and libc.syscall(number, 0, attributes, 0) == 0:
-        return "ordinary priority, short time slice"
-    return "ordinary scheduling"
-
-
-def be_ordinary() -> None:
-    """Give real-time priority back: who cannot keep up with it shall not keep others from running."""
-    if sys.platform.startswith("linux") and os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-
-
-def wait_ns(duration_ns: int) -> None:
-    """Sleep so long."""
-    time.sleep(duration_ns / 1e9)

@@ -13,9 +13,10 @@ from collections.abc import Callable
 
 from bench.check.faulty import Touch
 from bench.errors import BenchError, SurroundingsError
-from bench.io.clock import TICK_NS, Lateness, now_ns, wait_ns
+from bench.io.clock import TICK_NS, now_ns, wait_ns
 from bench.io.follower import Followed, Follower
 from bench.io.history import History
+from bench.io.lateness import Lateness
 from bench.io.link import LostInstant, Taker
 from bench.io.look import Look, Seen
 from bench.io.process_child import Prepared, Task, start

@@ -19,7 +19,7 @@ from contextlib import suppress
 from typing import NamedTuple, TypeAlias
 
 from bench.errors import BenchError
-from bench.io.clock import Lateness
+from bench.io.lateness import Lateness
 from bench.messages import Snapshot, TickInput, TickOutput
 
 MOST_BYTES = 1 << 18
