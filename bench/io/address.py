@@ -8,6 +8,7 @@ listen://127.0.0.1:5000                  wait for whoever connects; this machine
 
 can:slcan:/dev/ttyACM0@1000000           an SLCAN adapter on any serial line: a device, pty:, socket://HOST:PORT
 can:socketcan:can0
+can:socketcand:can0?host=H&port=29536    a bus of another machine
 can:virtual:NAME                         python-can's bus within one process
 can:udp_multicast:239.74.163.2           stays on this machine, but for ?remote=yes
 can:INTERFACE:CHANNEL@BITRATE?key=value  any interface of python-can; the keys go to it as they are
@@ -100,22 +101,30 @@ def can_address(name: str, text: str) -> CanAddress:
     if not rest:
         raise UsageError(f"{name} {text}: names no channel; expected {CAN_KINDS}")
     if interface == "slcan":
-        if options:
-            raise UsageError(f"{name} {text}: an SLCAN adapter takes no ?{next(iter(options))}=; give only @BITRATE")
-        line = serial_address(name, f"serial:{rest}" if rest.startswith("/") else rest)
-        if line.is_sim:
-            raise UsageError(f"{name} {text}: an adapter hangs on a serial line; try can:slcan:/dev/ttyACM0@1000000")
-        bitrate = bitrate or CAN_BITRATE
-        return CanAddress(interface, rest, bitrate, options, line, text)
+        line = _adapters_line(name, text, rest, options)
+        return CanAddress(interface, rest, bitrate or CAN_BITRATE, options, line, text)
     if interface == "udp_multicast":
-        remote = options.pop("remote", False)
-        if remote not in (True, False):
-            raise UsageError(f"{name} {text}: remote={remote}: expected yes or no")
-        # A time to live of 0 keeps a datagram on this machine.
-        options.setdefault("hop_limit", 1 if remote else 0)
-        if options["hop_limit"] != 0 and not remote:
-            raise UsageError(f"{name} {text}: would leave this machine; add ?remote=yes if that is meant")
+        _keep_here(name, text, options)
     return CanAddress(interface, rest, bitrate, options, None, text)
+
+
+def _adapters_line(name: str, text: str, rest: str, options: Mapping[str, object]) -> SerialAddress:
+    if options:
+        raise UsageError(f"{name} {text}: an SLCAN adapter takes no ?{next(iter(options))}=; give only @BITRATE")
+    line = serial_address(name, f"serial:{rest}" if rest.startswith("/") else rest)
+    if line.is_sim:
+        raise UsageError(f"{name} {text}: an adapter hangs on a serial line; try can:slcan:/dev/ttyACM0@1000000")
+    return line
+
+
+def _keep_here(name: str, text: str, options: dict[str, str | int | bool]) -> None:
+    """Give datagrams a time to live of 0, which keeps them on this machine, unless the address says otherwise."""
+    remote = options.pop("remote", False)
+    if remote not in (True, False):
+        raise UsageError(f"{name} {text}: remote={remote}: expected yes or no")
+    options.setdefault("hop_limit", 1 if remote else 0)
+    if options["hop_limit"] != 0 and not remote:
+        raise UsageError(f"{name} {text}: would leave this machine; add ?remote=yes if that is meant")
 
 
 def _device(name: str, text: str, rest: str) -> SerialAddress:
