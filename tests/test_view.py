@@ -13,6 +13,18 @@ from bench.screen import text
 from bench.screen.canvas import Canvas
 from bench.screen.dialog import Dialog, Item
 from bench.screen.layout import DRIVE, ENDED, HELP, LIVE, PAGES, arrange
+from bench.screen.pages import (
+    DRIVE_KEYS,
+    DRIVE_NOTES,
+    HOLD_NOTE,
+    LAST_KEYS,
+    LEASE_NOTE,
+    REPLAY_NOTES,
+    RUN_KEYS,
+    SEE_KEYS,
+    SIGNS,
+)
+from bench.screen.palette import WORK_KEYS
 from bench.screen.panel import STYLES
 from bench.screen.scene import Hands, Menu, Pace, Replay, Shown
 from bench.screen.view import PANELS, draw, picture, places
@@ -264,3 +276,30 @@ def test_every_role_has_a_style_and_every_panel_a_place():
         for size in ((80, 24), (120, 40), (10, 3)):
             everywhere |= places(shown, *size).keys()
     assert everywhere == set(PANELS)
+
+
+@pytest.mark.parametrize("releases", [False, True])
+@pytest.mark.parametrize("drives", [False, True])
+@pytest.mark.parametrize(("width", "height"), [(80, 24), (120, 40), (200, 60)])
+def test_the_page_of_keys_is_whole(width, height, drives, releases):
+    hands = Hands(50, True, False, releases=releases) if drives else None
+    replay = None if drives else Replay("demo", 20_000)
+    words = screen(scene(help=True, hands=hands, replay=replay), width, height)
+    assert "…" not in words
+    keys = [*SEE_KEYS, *RUN_KEYS, *WORK_KEYS, *LAST_KEYS, *SIGNS, *(DRIVE_KEYS if drives else ())]
+    for key, meaning in keys:
+        assert f"{key:10}{meaning}" in words, key
+    note = HOLD_NOTE if releases else LEASE_NOTE
+    for sentence in (note, *DRIVE_NOTES) if drives else REPLAY_NOTES:
+        assert sentence in " ".join(words.split())
+
+
+def test_a_page_of_keys_that_is_not_whole_says_so():
+    assert "more lines: 80x24 shows them" in screen(scene(help=True), 60, 16)
+
+
+def test_a_title_has_its_pages_whatever_is_being_done():
+    busy = scene(recording="m2006-001", saving="39 %", pace=Pace(paused=True, behind_ticks=200))
+    row = screen(busy).splitlines()[0]
+    assert "● REC m2006-001  SAVING 39 %  [1] 2  3  4 " in row
+    assert "BACK 0.200 s" in row

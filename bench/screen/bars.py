@@ -32,25 +32,24 @@ STOP: Line = [(" SPACE STOP ", BAD_BADGE)]
 def title(scene: Scene, width: int, height: int) -> list[Line]:
     """What runs, which page is open, and how time runs."""
     robot = scene.robot
-    name = f" {robot.name}, {robot.rc.name if robot.rc else 'no RC'}"
-    if scene.replay is not None:
-        name = f" {scene.replay.title}{name}"
-    if scene.recording:
-        name += f"  ● REC {scene.recording}"
-    if scene.saving:
-        name += f"  SAVING {scene.saving}"
-    return [_title(scene, name, width)]
+    told = f" {scene.replay.title}" if scene.replay is not None else ""
+    doing = f"  ● REC {scene.recording}" if scene.recording else ""
+    doing += f"  SAVING {scene.saving}" if scene.saving else ""
+    transmitter = robot.rc.name if robot.rc else "no RC"
+    names = (f"{told} {robot.name}, {transmitter}{doing}", f"{told} {robot.name}{doing}")
+    return [_title(scene, names, width)]
 
 
-def _title(scene: Scene, name: str, width: int) -> Line:
-    """Name, pages, time; where there is no room for all, the pages go to their numbers, then the lateness goes."""
+def _title(scene: Scene, names: tuple[str, str], width: int) -> Line:
+    """Name, pages, time. Where there is no room, pages go to their numbers, then lateness goes, then the transmitter."""
     times, short_times = _times(scene)
-    for tabs in (_tabs(scene, long=True), _tabs(scene, long=False)):
-        for right in (times, short_times):
-            line = [(name, TITLE), ("  ", TITLE), *tabs]
-            if width_of(line) + 2 + width_of(right) <= width:
-                return both_ends(line, right, width, TITLE)
-    return both_ends([(name, TITLE)], short_times, width, TITLE)
+    for name in names:
+        for tabs in (_tabs(scene, long=True), _tabs(scene, long=False)):
+            for right in (times, short_times):
+                line = [(name, TITLE), ("  ", TITLE), *tabs]
+                if width_of(line) + 2 + width_of(right) <= width:
+                    return both_ends(line, right, width, TITLE)
+    return both_ends([(names[-1], TITLE)], short_times, width, TITLE)
 
 
 def _tabs(scene: Scene, *, long: bool) -> Line:

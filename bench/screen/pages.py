@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from itertools import product
 
 from bench.screen.layout import SMALLEST
 from bench.screen.palette import WORK_KEYS
 from bench.screen.scene import Scene
-from bench.screen.text import KEY, LABEL, PLAIN, TITLE, Line
+from bench.screen.text import KEY, LABEL, PLAIN, TITLE, WARN, Line
 
 DRIVE_KEYS = (
     ("W S  ↑ ↓", "forward, back"),
@@ -25,10 +26,10 @@ DRIVE_KEYS = (
 )
 SEE_KEYS = (
     ("Tab 1-4", "drive, wires, scope, checks"),
+    ("Z", "follow the robot"),
     ("H", "hold the page still, let go"),
     ("/", "wires: filter the frames"),
-    ("V", "scope: choose its signals"),
-    ("N", "scope: trigger and time"),
+    ("V N", "scope: signals; trigger, time"),
 )
 SIGNS = (
     ("↗ ring", "robot, a line to its front"),
@@ -36,41 +37,55 @@ SIGNS = (
     ("arc, dots", "pressed bumper; sensor beams"),
     ("◆ █", "wanted speed, a wheel's own"),
 )
-RUN_KEYS = (
-    ("P", "pause, go on"),
-    ("[ ]", "slower, faster"),
-    ("Z", "follow the robot"),
-    ("?", "this page; Esc, Ctrl-Q quit"),
-)
-LEASE_NOTE = "A key drives as long as it repeats: let go, and the sticks are at rest 120 ms later. A tap nudges."
-HOLD_NOTE = "This terminal tells when a key is let go: it drives until then, as long as the terminal answers."
+RUN_KEYS = (("P", "pause, go on"), ("[ ]", "slower, faster"))
+LAST_KEYS = (("?", "this page; Esc, Ctrl-Q quit"),)
+LEASE_NOTE = "A key drives while it repeats. Let go: 120 ms later the sticks are at rest."
+HOLD_NOTE = "This terminal tells when a key is let go: it drives until then."
 DRIVE_NOTES = (
-    "Sticks at rest for half a second hand over to the core, if it is alive. A lost link disarms: arm again by hand.",
+    "Sticks at rest for half a second hand over to the core, if it is alive.",
+    "A lost link disarms, and stays disarmed until you arm again.",
 )
-REPLAY_NOTES = ("This is a replay: what was recorded runs through the bench again, and no key changes it.",)
+REPLAY_NOTES = ("A replay: what was recorded runs through the bench again; no key changes it.",)
 _KEY_WIDTH, _MEANING_WIDTH = 10, 30
+_BLANK: Line = [(" " * (_KEY_WIDTH + _MEANING_WIDTH), PLAIN)]
+KEYS_SIZE = (80, 24)
+"""From this size on the page of keys is whole."""
 
 
 def help_page(scene: Scene, width: int, height: int) -> list[Line]:
-    """What the keys do, in two columns where there is room."""
+    """What the keys do, each section whole, in as many columns as there is room for; then what is worth knowing."""
     driving = scene.hands is not None
-    sections: list[tuple[str, Sequence[tuple[str, str]]]] = [("driving", DRIVE_KEYS)] if driving else []
-    sections += [("the run", RUN_KEYS), ("working", WORK_KEYS), ("looking", SEE_KEYS), ("signs", SIGNS)]
-    cells = [cell for name, entries in sections for cell in _section(name, entries)]
-    columns = max(1, min(len(sections), width // (_KEY_WIDTH + _MEANING_WIDTH)))
-    each = -(-len(cells) // columns)
+    sections = [_section("driving", DRIVE_KEYS)] if driving else []
+    sections += [
+        _section("looking", SEE_KEYS),
+        _section("the run", (*RUN_KEYS, *WORK_KEYS, *LAST_KEYS)),
+        _section("signs", SIGNS),
+    ]
+    columns = _columns(sections, max(1, width // (_KEY_WIDTH + _MEANING_WIDTH)))
     lines: list[Line] = []
-    for row in range(each):
-        line: Line = []
-        for column in range(columns):
-            line += cells[column * each + row] if column * each + row < len(cells) else []
-        lines.append(line)
-    hands = scene.hands
-    first = HOLD_NOTE if hands is not None and hands.releases else LEASE_NOTE
+    for row in range(max(map(len, columns))):
+        lines.append([span for column in columns for span in (column[row] if row < len(column) else _BLANK)])
+    first = HOLD_NOTE if scene.hands is not None and scene.hands.releases else LEASE_NOTE
+    notes: list[Line] = [[("", PLAIN)]]
     for note in (first, *DRIVE_NOTES) if driving else REPLAY_NOTES:
-        lines.append([("", PLAIN)])
-        lines += [[(" " + part, LABEL)] for part in textwrap.wrap(note, width - 2)]
+        notes += [[(" " + part, LABEL)] for part in textwrap.wrap(note, width - 2)]
+    lines += notes
+    if len(lines) > height:
+        more: Line = [(f" … {len(lines) - height + 1} more lines: {KEYS_SIZE[0]}x{KEYS_SIZE[1]} shows them", WARN)]
+        lines = [*lines[: height - 1], more]
     return lines
+
+
+def _columns(sections: Sequence[list[Line]], most: int) -> list[list[Line]]:
+    """The sections in their order, shared out so that the longest column is as short as can be."""
+    best: list[list[Line]] = []
+    for places in product(range(most), repeat=len(sections)):
+        columns: list[list[Line]] = [[] for _ in range(most)]
+        for place, section in zip(places, sections, strict=True):
+            columns[place] += section
+        if not best or max(map(len, columns)) < max(map(len, best)):
+            best = columns
+    return best
 
 
 def _section(name: str, entries: Sequence[tuple[str, str]]) -> list[Line]:

@@ -23,7 +23,7 @@ from bench.screen.text import (
     both_ends,
     fit,
 )
-from bench.screen.wiretable import building
+from bench.screen.wiretable import WIDE_FROM, building
 
 GUTTER = 9
 """Columns at the left for the scale."""
@@ -34,8 +34,9 @@ UNITS = {
     "radps": "rad/s", "mps": "m/s", "rad": "rad", "m": "m", "a": "A", "ms": "ms", "s": "s",
 }  # fmt: skip
 _STATES = {FREE: "runs free", TRIGGERED: "triggered", WAITING: "waits for its trigger", CAUGHT: "caught one"}
+_SHORT = {FREE: "free", TRIGGERED: "triggered", WAITING: "waits", CAUGHT: "caught"}
 _TRIGGER_WORDS = ("mode", "edge", "level", "time across")
-_MENU_ROWS = 8
+_MENU_ROWS = 7
 _GAP = (0, -1)
 """The rows of a column without a value."""
 
@@ -78,17 +79,20 @@ def _nice(value: float) -> float:
 def _head(scene: Scene, picture: ScopePicture, width: int) -> list[Line]:
     settings = picture.settings
     role = GOOD_BADGE if picture.state in (TRIGGERED, CAUGHT) else WARN_BADGE if picture.state == WAITING else LABEL
-    trigger = f" {settings.mode}: {settings.signals[0]} {settings.edge} through {settings.level:g}"
-    line: Line = [(" ", PLAIN), (f" {_STATES[picture.state]} ", role), (trigger, PLAIN)]
-    if scene.shown.held:
-        line = [(" ", PLAIN), (" HELD ", WARN_BADGE), (" h lets go", WARN), *line]
-    elif scene.seen.building is not None:
+    held: Line = [(" ", PLAIN), (" HELD ", WARN_BADGE), (" H lets go ", WARN)] if scene.shown.held else []
+    # Where there is no room for its name, the first trace is called by its number.
+    first, state = (
+        (settings.signals[0], _STATES[picture.state]) if width >= WIDE_FROM else ("trace 1", _SHORT[picture.state])
+    )
+    trigger = f" {settings.mode}: {first} {settings.edge} through {settings.level:g}"
+    line: Line = [*held, (" ", PLAIN), (f" {state[picture.state]} ", role), (trigger, PLAIN)]
+    if scene.seen.building is not None and not held:
         line = building(scene)
     keys: Line = [
         ("V", KEY),
         (" signals ", LABEL),
         ("N", KEY),
-        (" trigger, time ", LABEL),
+        (" trigger ", LABEL),
         ("H", KEY),
         (" hold ", LABEL),
     ]
@@ -197,8 +201,10 @@ def _menu(menu: Menu, picture: ScopePicture, width: int) -> list[Line]:
         return [fit([(head, TITLE)], width, TITLE), *_list(words, menu.row, width)]
     now = picture.settings.signals
     there = now[menu.trace] if menu.trace < len(now) else "a new one"
-    head = f" trace {menu.trace + 1} ({there}): {menu.text}▏ ↑↓ Enter takes, Tab next trace, Backspace removes"
-    return [fit([(head, TITLE)], width, TITLE), *_list(menu.choices or ("nothing has that name",), menu.row, width)]
+    typed = f" trace {menu.trace + 1}, now {there}: {menu.text}▏"
+    keys = " ↑↓ choose, Enter takes, Tab next trace, Backspace removes, Esc leaves"
+    names = _list(menu.choices or ("no signal has that in its name",), menu.row, width)
+    return [fit([(typed, TITLE)], width, TITLE), fit([(keys, LABEL)], width), *names]
 
 
 def _list(words: Sequence[str], row: int, width: int) -> list[Line]:

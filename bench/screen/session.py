@@ -356,4 +356,4 @@ class Session:
         self._result = tuple(lines) or ("no more ticks",)
 
 
-REPLAY_NOTICE = "this is a replay: no key drives it"
+REPLAY_NOTICE = "a replay: no key drives it; P, then ← → go through it"

@@ -112,7 +112,7 @@ class Sight:
             del self._held[self._page]
             return "let go"
         self._held[self._page] = self._seen
-        return "held: h lets go; the bench goes on"
+        return "held: H lets go; the bench goes on"
 
     # --- the filter ----------------------------------------------------------------------------------------------
 

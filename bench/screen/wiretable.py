@@ -62,8 +62,8 @@ def passes(filter: str, row: WireRow) -> bool:
 
 def _head(scene: Scene, wide: bool) -> Line:
     shown = scene.shown
-    columns = f" {'id':8} {'what':13} {'rate':>7} {'age':>7}"
-    columns += f" {'load':>6} {'frames':>9}  {'bytes':23}  says" if wide else "  says"
+    columns = f" {'id':8} {'what':13} {'rate':>6} {'age':>6}"
+    columns += f" {'load':>6} {'frames':>8}  {'bytes':23}  says" if wide else "  says"
     line: Line = [(columns, LABEL)]
     typing = shown.menu is not None and shown.menu.kind == "filter"
     if typing or shown.filter:
@@ -71,7 +71,7 @@ def _head(scene: Scene, wide: bool) -> Line:
         words = "  commas mean or; Enter keeps it, Esc shows all" if typing else "  / changes it"
         line.append((words, LABEL))
     if shown.held:
-        line = [(" HELD ", WARN_BADGE), (f" at {_at(scene.seen.wires)}, h lets go ", WARN), *line]
+        line = [(" HELD ", WARN_BADGE), (f" at {_at(scene.seen.wires)}, H lets go ", WARN), *line]
     elif scene.seen.building is not None:
         line = building(scene)
     return line
@@ -115,10 +115,10 @@ def _row(row: WireRow, now: int, wide: bool) -> Line:
     line: Line = [
         (f" {row.key:8.8}", PLAIN),
         (f" {row.name:13.13}", LABEL),
-        (f" {row.rate_hz:5.0f}/s {age(now - row.last_tick):>7}", PLAIN),
+        (f" {row.rate_hz:4.0f}/s {age(now - row.last_tick):>6}", PLAIN),
     ]
     if wide:
-        line.append((f" {100.0 * row.load:4.1f} % {row.frames:9d}  ", PLAIN))
+        line.append((f" {100.0 * row.load:4.1f} % {row.frames:8d}  ", PLAIN))
         line.append((f"{_bytes(row.data):23}", LABEL))
     return [*line, (f"  {row.said}", PLAIN)]
 
