@@ -41,7 +41,7 @@ def title(scene: Scene, width: int, height: int) -> list[Line]:
 
 
 def _title(scene: Scene, names: tuple[str, str], width: int) -> Line:
-    """Name, pages, time. Where there is no room, pages go to their numbers, then lateness goes, then the transmitter."""
+    """Name, pages, time. Where there is no room pages go to their numbers, then lateness goes, then the transmitter."""
     times, short_times = _times(scene)
     for name in names:
         for tabs in (_tabs(scene, long=True), _tabs(scene, long=False)):

@@ -81,11 +81,10 @@ def _head(scene: Scene, picture: ScopePicture, width: int) -> list[Line]:
     role = GOOD_BADGE if picture.state in (TRIGGERED, CAUGHT) else WARN_BADGE if picture.state == WAITING else LABEL
     held: Line = [(" ", PLAIN), (" HELD ", WARN_BADGE), (" H lets go ", WARN)] if scene.shown.held else []
     # Where there is no room for its name, the first trace is called by its number.
-    first, state = (
-        (settings.signals[0], _STATES[picture.state]) if width >= WIDE_FROM else ("trace 1", _SHORT[picture.state])
-    )
+    wide = width >= WIDE_FROM
+    first, state = settings.signals[0] if wide else "trace 1", (_STATES if wide else _SHORT)[picture.state]
     trigger = f" {settings.mode}: {first} {settings.edge} through {settings.level:g}"
-    line: Line = [*held, (" ", PLAIN), (f" {state[picture.state]} ", role), (trigger, PLAIN)]
+    line: Line = [*held, (" ", PLAIN), (f" {state} ", role), (trigger, PLAIN)]
     if scene.seen.building is not None and not held:
         line = building(scene)
     keys: Line = [
