@@ -21,13 +21,13 @@ a file of its own (`--arena FILE`, or `arena = "FILE"` in a scenario), or the ta
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 from bench.config import Table, read_toml
+from bench.config.emit import toml_text
 from bench.messages import Pose
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -178,27 +178,26 @@ def read_arena(data: Table, name: str) -> Arena:
 
 def arena_toml(arena: Arena) -> str:
     """The arena as the text of a file that `load_arena` reads back to the same values."""
-    lines = [
-        "schema = 1",
-        *_pairs(arena, ("name", "length_m", "width_m", "friction", "restitution")),
-        "",
-        "[start]",
-        f"x_m = {arena.start.x_m!r}",
-        f"y_m = {arena.start.y_m!r}",
-        f"heading_deg = {math.degrees(arena.start.heading_rad)!r}",
-    ]
-    for wall in arena.walls:
-        lines += ["", "[[wall]]", *_pairs(wall, ("x1_m", "y1_m", "x2_m", "y2_m", "thickness_m"))]
-    for disc in arena.discs:
-        lines += ["", "[[disc]]", *_pairs(disc, ("name", "x_m", "y_m", "radius_m", "mass_kg", "friction"))]
+    start = {"x_m": arena.start.x_m, "y_m": arena.start.y_m, "heading_deg": _degrees(arena.start.heading_rad)}
+    walls = [_picked(wall, ("x1_m", "y1_m", "x2_m", "y2_m", "thickness_m")) for wall in arena.walls]
+    discs = [_picked(disc, ("name", "x_m", "y_m", "radius_m", "mass_kg", "friction")) for disc in arena.discs]
+    patches = []
     for patch in arena.patches:
         shape = ("radius_m",) if patch.radius_m else ("length_m", "width_m")
-        lines += ["", "[[patch]]", *_pairs(patch, ("name", "x_m", "y_m", "grip", "rolling", *shape))]
-    return "\n".join(lines) + "\n"
+        patches.append(_picked(patch, ("name", "x_m", "y_m", "grip", "rolling", *shape)))
+    whole = {"schema": 1} | _picked(arena, ("name", "length_m", "width_m", "friction", "restitution"))
+    return toml_text(whole | {"start": start, "wall": walls or None, "disc": discs or None, "patch": patches or None})
 
 
-def _pairs(value: object, keys: tuple[str, ...]) -> list[str]:
-    return [f"{key} = {json.dumps(getattr(value, key), ensure_ascii=True)}" for key in keys]
+def _picked(value: object, keys: tuple[str, ...]) -> dict[str, object]:
+    return {key: getattr(value, key) for key in keys}
+
+
+def _degrees(angle_rad: float) -> float:
+    """What reads back as the very same angle: a replay begins where the run began, to the last bit."""
+    degrees = math.degrees(angle_rad)
+    beside = [degrees, math.nextafter(degrees, -math.inf), math.nextafter(degrees, math.inf)]
+    return next((one for one in beside if math.radians(one) == angle_rad), degrees)
 
 
 def _read_wall(entry: Table) -> Wall:

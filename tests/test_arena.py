@@ -2,16 +2,20 @@
 
 import json
 import math
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from bases import m2006
 from desk import scene
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bench.__main__ import main
-from bench.arena import FIELD, Arena, Disc, Obstacle, Patch, Wall, arena_toml, load_arena
+from bench.arena import FIELD, Arena, Disc, Obstacle, Patch, Wall, arena_toml, load_arena, read_arena
 from bench.check.run import from_source
-from bench.config import ConfigError
+from bench.config import ConfigError, Table
 from bench.errors import UsageError
 from bench.fittings import Bumper, RangeSensor
 from bench.messages import BodyTwist, Pose
@@ -48,6 +52,14 @@ def test_an_arena_comes_back_from_its_file_as_it_was(tmp_path):
     assert load_arena(path) == COURSE
     path.write_text("schema = 1\n")
     assert load_arena(path) == Arena(name="course")
+
+
+@given(st.text(st.characters(exclude_categories=["Cs"])), st.decimals(-360, 360, places=2), st.floats(-1e3, 1e3))
+def test_any_name_and_any_start_come_back_to_the_last_bit(name, heading_deg, x_m):
+    arena = Arena(name=name, start=Pose(x_m, 0.0, math.radians(float(heading_deg))))
+    read = Table(Path("any"), "", tomllib.loads(arena_toml(arena)))
+    read.take_schema()
+    assert read_arena(read, "") == arena
 
 
 @pytest.mark.parametrize(

@@ -402,6 +402,8 @@ def edited_robot(tmp_path, old, new):
         ("bearing_deg = 180.0", "bearing_deg = 40.0", "is not between the wheels"),
         ("load_friction = 0.0", "load_friction = 1.0", "motor.load_friction: expected less than 1"),
         ("can_id = 3", "can_id = 2", "wheel.can_id: 2 is given to more than one wheel"),
+        ("current_a = 0.6", f"current_a = {'9' * 400}", "limits.current_a: expected a finite number, got inf"),
+        ("current_a = 0.6", f"current_a = {'9' * 5000}", "is not valid TOML: Exceeds the limit (4300 digits)"),
         ("can_id = 3", "can_id = 9", "wheel[2].can_id: expected 1 to 8"),
         ("direction = -1", "direction = 2", "wheel[0].direction: expected 1 or -1"),
         ("current_a = 0.6", "current_a = 60", "limits.current_a"),

@@ -40,7 +40,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: is not a text file; a TOML file is expected") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # of TOML; and Python reads no whole number of more than 4300 digits
         raise ConfigError(f"{path}: is not valid TOML: {error}") from None
     except RecursionError:
         raise ConfigError(f"{path}: is not valid TOML: brackets within brackets without end") from None
@@ -105,7 +105,10 @@ class Table:
             return default
         value = self.values.pop(name)
         if kind is float and type(value) is int:
-            value = float(value)
+            try:
+                value = float(value)
+            except OverflowError:
+                value = math.inf
         if type(value) is not kind:
             raise self.fail(name, f"expected {_KIND_NAMES[kind]}, got {value!r}")
         if isinstance(value, float) and not math.isfinite(value):
