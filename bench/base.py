@@ -20,7 +20,7 @@ from bench.link import RcLink
 from bench.messages import TICK_US, BodyTwist, CanFrame
 from bench.motors import motor_bus
 from bench.odometry import odometry_of
-from bench.reckoning import LONGEST_UNWRAP_TICKS, reckoning_of
+from bench.reckoning import reckoning_of
 from bench.slamware.omni_base import OmniMotion, slave_of, tells_rims
 
 RC_PAUSE_US = 2000
@@ -75,7 +75,7 @@ class Base:
         if self.reckoning is not None:
             self.reckoning.step(tick, can_in)
         else:
-            increments_rad = motors.turned(tick, can_in, LONGEST_UNWRAP_TICKS)
+            increments_rad = motors.turned(tick, can_in)
             if increments_rad:
                 self.odometry.advance(increments_rad)
 

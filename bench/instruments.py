@@ -19,6 +19,7 @@ from bench.config import Gyro, Robot
 from bench.kinematics import Row, speed_rows
 from bench.m2006 import EmulatedEscs, MotorBus
 from bench.messages import TICK_US, CanFrame, Pose
+from bench.unwrap import ByShorterWay
 
 STEP_S = TICK_US / 1e6
 _HALF_TURN = HEADING_COUNTS // 2
@@ -41,7 +42,7 @@ class Placed(Protocol):
 
 def encoder_bus(robot: Robot) -> MotorBus:
     """The encoder boards as the base hears them, in the order of the dead wheels. It has nobody to command."""
-    return MotorBus(_dead_wheels_as_motors(robot))
+    return MotorBus(_dead_wheels_as_motors(robot), unwrap=ByShorterWay(robot.dead_wheels))
 
 
 class GyroBus:

@@ -23,10 +23,13 @@ from bench.canbus.table import Family
 from bench.canbus.watch import BusWatch, Kind
 from bench.config import Motor, Robot
 from bench.messages import CanFrame
+from bench.unwrap import COUNTS_PER_RPM_TICK, HALF_TURN, Births, BySpeed, Unwrap, filter_share, shorter_way
 
-HALF_TURN = COUNTS // 2
 RPM_PER_RADPS = 30.0 / math.pi
 FRAME_LENGTH = 8
+SHORT_GAP_TICKS = 2
+"""One lost frame: where an ESC reports a speed that its angle contradicts, the shorter way round is right below 15,000
+rpm."""
 
 _COMMAND = FAMILY.commands[0].layout
 _FEEDBACK = FAMILY.feedback[0].layout
@@ -83,14 +86,18 @@ class MotorBus:
     All per-wheel values are lists in the robot's wheel order: `speeds_radps` from the encoder, in the wheel's positive
     sense; `currents_ma` and `rotor_rpm` as reported (wire sign); `quietest_tick` is when the wheel was heard that has
     been quiet for longest, -1 for never. `turned`, once a tick, takes the feedback and says what the wheels turned.
-    `watch` keeps what else was on the bus: frames of other nodes, wrong lengths, two senders on one identifier.
+    `watch` keeps what else was on the bus: frames of other nodes, wrong lengths, two senders on one identifier, and
+    wheels that were not heard for so long that nobody knows how far they turned (`unwrap` decides).
     """
 
     __slots__ = (
         "_angles",
+        "_births",
         "_commands",
+        "_in_step",
         "_increments_rad",
         "_limit_raw",
+        "_lost_count",
         "_others",
         "_outputs",
         "_reports",
@@ -100,6 +107,7 @@ class MotorBus:
         "_stop_frames",
         "_taken_tick",
         "_tick",
+        "_unwrap",
         "_usual",
         "foreign_frames",
         "malformed_frames",
@@ -108,9 +116,10 @@ class MotorBus:
         "watch",
     )
 
-    def __init__(self, robot: Robot, family: Family = FAMILY) -> None:
+    def __init__(self, robot: Robot, family: Family = FAMILY, unwrap: Unwrap | None = None) -> None:
         wiring = Wiring(robot, family)
         count = len(robot.wheels)
+        self._unwrap = unwrap or BySpeed(robot)
         # Where a feedback frame comes from: wheel, rad per count.
         self._sources = {
             FEEDBACK_ID + can_id: (wheel, wiring.rad_per_count[wheel]) for wheel, can_id in enumerate(wiring.can_ids)
@@ -130,6 +139,8 @@ class MotorBus:
         self._reports: Sequence[CanFrame] = [(0, b"")] * count
         self._angles: Sequence[int] = [0] * count
         self._seen = [-1] * count
+        self._births = Births(count)
+        self._lost_count = self._in_step = False
         self._tick = self._taken_tick = self.quietest_tick = -1
         self._settled_tick = -2
         self._increments_rad = [0.0] * count
@@ -138,14 +149,15 @@ class MotorBus:
         self.foreign_frames = 0
         self.watch = BusWatch(wiring.can_ids)
 
-    def turned(self, tick: int, frames: Sequence[CanFrame], gap_ticks: int) -> list[float] | None:
+    def turned(self, tick: int, frames: Sequence[CanFrame]) -> list[float] | None:
         """Take this tick's feedback frames; what the wheels turned, in rad, since they were last all heard.
 
-        None while one is missing. After a gap too long to unwrap, of more than `gap_ticks` (at least 1), what has been
-        heard is a new reference and no motion: an empty list.
+        None while one is missing: nothing is left out, it comes with the rest. An empty list where a wheel was not
+        heard for so long that its whole turns cannot be known: its motion is lost, and that of the others meanwhile.
         """
-        # Nearly every tick brings each wheel's report once, in wheel order, a tick after the last: nothing has to be
-        # kept by wheel then. In plain steps, because a call into C costs as much as twenty of them.
+        # Nearly every tick brings each wheel's report once, in wheel order, each born a tick after the last: the
+        # shorter way round is right up to 30,000 rotor rpm (m2006-c610, section 1.2), and nothing has to be kept by
+        # wheel. In plain steps, because a call into C costs as much as twenty of them.
         usual = self._usual
         if self._settled_tick == tick - 1 and len(frames) == len(usual):
             angles, lasts = [], self._angles
@@ -165,48 +177,94 @@ class MotorBus:
                 self.speeds_radps = speeds_radps
                 self._tick = self._taken_tick = self.quietest_tick = self._settled_tick = tick
                 return increments_rad
-        silent = tick - self.quietest_tick
         self.receive(tick, frames)
         if not self.complete:
             return None
+        lost, self._lost_count = self._lost_count, False
         increments_rad = self.take_increments()
-        return increments_rad if silent <= gap_ticks else []
+        return [] if lost else increments_rad
 
     def receive(self, tick: int, frames: Sequence[CanFrame]) -> None:
         """Take feedback frames, whatever they are; `take_increments` then gives what they add up to."""
         if self._settled_tick >= 0:  # the ticks until then were usual ones
             self._seen = [self._settled_tick] * len(self._seen)
+            self._births.exactly(self._settled_tick)
             self._settled_tick = -2
-        sources, seen, increments = self._sources, self._seen, self._increments_rad
-        reports, angles = list(self._reports), list(self._angles)
-        self._reports, self._angles = reports, angles
-        for can_id, data in frames:
-            source = sources.get(can_id)
-            if source is None:
-                if can_id in self._others:
-                    continue
-                self.foreign_frames += 1
-                self.watch.foreign(tick, can_id)
-                continue
-            if len(data) != FRAME_LENGTH:
-                self.malformed_frames += 1
-                self.watch.report(Kind.LENGTH, tick, can_id)
-                continue
-            wheel, rad_per_count = source
-            last, (angles[wheel], _, _) = angles[wheel], _FEEDBACK.unpack(data)
-            reports[wheel] = can_id, data
-            last_tick, seen[wheel] = seen[wheel], tick
-            if last_tick < 0:  # the first sample only sets the reference
-                continue
-            # The shorter way round: right up to 30,000 rotor rpm at 1 kHz (m2006-c610, section 1.2).
-            increment = ((angles[wheel] - last + HALF_TURN) % COUNTS - HALF_TURN) * rad_per_count
-            increments[wheel] += increment
-            if tick > last_tick:
-                self.speeds_radps[wheel] = increment * 1000.0 / (tick - last_tick)
-            else:
-                self.watch.again(tick, can_id)
+        own, sources, seen, births = self._own(tick, frames), self._sources, self._seen, self._births
+        angles = self._angles = list(self._angles)
+        reports = self._reports = list(self._reports)
+        behind = [0] * len(seen)
+        for can_id, _ in own:
+            behind[sources[can_id][0]] += 1
+        alone = len(own) == len(frames) and behind == [1] * len(seen)
+        moved: dict[int, tuple[int, int]] = {}  # by wheel, in this tick: counts, and the ticks in which they came
+        for can_id, data in own:
+            wheel, _ = sources[can_id]
+            behind[wheel] -= 1
+            (_, last), reports[wheel] = reports[wheel], (can_id, data)
+            last_angle, angles[wheel] = angles[wheel], data[0] << 8 | data[1]
+            if last:
+                way = self._way(tick, can_id, angles[wheel] - last_angle, (last, data), behind[wheel])
+                if way is not None:
+                    counts, ticks = moved.get(wheel, (0, 0))
+                    # A copy, which takes no time, or a report at rest, whose speed is 0 over any time.
+                    moved[wheel] = counts + way[0], ticks + (way[1] if data != last else 0)
+            else:  # the first sample only sets the reference
+                births.first(wheel, tick - behind[wheel])
+            seen[wheel] = tick
+        for wheel, rad_per_count in sources.values():
+            if wheel in moved:
+                counts, ticks = moved[wheel]
+                increment = counts * rad_per_count
+                self._increments_rad[wheel] += increment
+                self.speeds_radps[wheel] = increment * 1000.0 / max(ticks, 1)
         self._tick = tick
         self.quietest_tick = min(seen)
+        self._in_step = births.settled(tick, alone)
+
+    def _own(self, tick: int, frames: Sequence[CanFrame]) -> list[CanFrame]:
+        """The reports among these frames; the others are counted."""
+        own: list[CanFrame] = []
+        ids = set()
+        for frame in frames:
+            can_id, data = frame
+            if can_id not in self._sources:
+                if can_id not in self._others:
+                    self.foreign_frames += 1
+                    self.watch.foreign(tick, can_id)
+            elif len(data) != FRAME_LENGTH:
+                self.malformed_frames += 1
+                self.watch.report(Kind.LENGTH, tick, can_id)
+            else:
+                if can_id in ids:
+                    self.watch.again(tick, can_id)
+                ids.add(can_id)
+                own.append(frame)
+        return own
+
+    def _way(
+        self, tick: int, can_id: int, apart: int, reports: tuple[bytes, bytes], behind: int
+    ) -> tuple[int, int] | None:
+        """What a rotor turned between two reports, in counts, and in how many ticks; None where nobody can know."""
+        (wheel, rad_per_count), births = self._sources[can_id], self._births
+        apart, gaps = shorter_way(apart), births.gaps(wheel, tick, behind)
+        if gaps[-1] == 1:
+            births.heard(wheel, tick, behind, 1, 1)
+            return apart, 1
+        (_, before_rpm, _), (_, rpm, _) = map(_FEEDBACK.unpack, reports)
+        # Where no gap agrees with the speed, the report may be later than any before it was.
+        for some in (gaps, range(1, gaps[-1] + 1)):
+            way = self._unwrap.way(wheel, apart, (before_rpm, rpm), some)
+            if way is not None:
+                births.heard(wheel, tick, behind, way.least_ticks, way.most_ticks)
+                return way.counts, min(max(tick - self._seen[wheel], way.least_ticks), way.most_ticks)
+        births.heard(wheel, tick, behind, gaps[0], gaps[-1])
+        if gaps[-1] <= SHORT_GAP_TICKS:
+            return apart, gaps[-1]
+        self.watch.report(Kind.LOST_COUNT, tick, can_id)
+        self._lost_count = True
+        self.speeds_radps[wheel] = rpm * COUNTS_PER_RPM_TICK * rad_per_count * 1000.0
+        return None
 
     @property
     def currents_ma(self) -> list[int]:
@@ -228,7 +286,7 @@ class MotorBus:
         increments = self._increments_rad
         self._increments_rad = [0.0] * len(increments)
         self._taken_tick = self._tick
-        if self.quietest_tick == self._tick:
+        if self.quietest_tick == self._tick and self._in_step:
             self._settled_tick = self._tick
         return increments
 
@@ -318,7 +376,7 @@ class EmulatedEscs:
         self._heard = [0] * count
         self._rpm = [0.0] * count
         # First-order low-pass on the reported speed, exact for a step of 1 ms.
-        self._filter = 1.0 if motor.speed_filter_ms == 0.0 else 1.0 - math.exp(-1.0 / motor.speed_filter_ms)
+        self._filter = filter_share(motor.speed_filter_ms)
         self._timeout_ticks = motor.command_timeout_ms if motor.on_command_loss == "zero" else None
         self._wheels = {
             command_id: tuple(

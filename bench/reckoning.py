@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from bench.config import EXACT, Robot, Wheel
+from bench.config import EXACT, Robot
 from bench.errors import UsageError
 from bench.instruments import GyroBus, encoder_bus
 from bench.kinematics import Kinematics
@@ -21,10 +21,6 @@ from bench.m2006 import MotorBus
 from bench.messages import CanFrame
 from bench.odometry import odometry_of
 
-LONGEST_UNWRAP_TICKS = 2
-"""Feedback gaps up to one lost frame are unwrapped the shorter way round: right below 15,000 rotor rpm."""
-MOTOR_GEAR = 36.0
-"""Of the motor that the gap above is meant for; an encoder that turns more slowly may be silent for longer."""
 SLIP_WINDOW_TICKS = 10
 """A dead wheel's count in one tick is 0.8 rad/s, too coarse to hold against a motor's; in ten ticks it is a tenth."""
 DRIVEN_WHEELS, DEAD_WHEELS, GYRO = "driven wheels", "dead wheels", "gyro"
@@ -39,7 +35,6 @@ class Reckoning:
 
     __slots__ = (
         "_driven_kinematics",
-        "_encoder_gap_ticks",
         "_encoders",
         "_follows_dead_wheels",
         "_kinematics",
@@ -72,8 +67,6 @@ class Reckoning:
         self.odometry = odometry_of(robot, self._kinematics)
         self.gyro = GyroBus(robot.gyro) if robot.gyro is not None else None
         self._timeout_ticks = robot.link.feedback_timeout_ms
-        # Not beyond the timeout either: what the driven wheels stood in for must not be counted again.
-        self._encoder_gap_ticks = min((self._timeout_ticks, *map(longest_gap_ticks, dead)))
         # What the driven wheels turned since dead wheels were last followed, and any wheels since the gyro was.
         self._unfollowed_rad = [0.0] * len(robot.wheels)
         self._unfollowed_turn_rad = 0.0
@@ -88,13 +81,16 @@ class Reckoning:
 
     def step(self, tick: int, frames: Sequence[CanFrame]) -> None:
         """Take the frames that arrived in this tick, and move by what they say."""
-        driven_rad = self._motors.turned(tick, frames, LONGEST_UNWRAP_TICKS)
+        driven_rad = self._motors.turned(tick, frames)
         if driven_rad:
             self.turned_rad = _sums(self.turned_rad, driven_rad)
         dead_rad = None
         if self._encoders is not None:
-            dead_rad = self._encoders.turned(tick, frames, self._encoder_gap_ticks)
-            if dead_rad:
+            was_silent = self._encoders.silent_ticks(tick) > self._timeout_ticks
+            dead_rad = self._encoders.turned(tick, frames)
+            if was_silent and dead_rad:
+                dead_rad = []  # what the driven wheels stood in for must not be counted again
+            elif dead_rad:
                 self.dead_turned_rad = _sums(self.dead_turned_rad, dead_rad)
         followed_rad = self._choose(tick, driven_rad, dead_rad) if self._follows_dead_wheels else driven_rad
         if driven_rad == [] or dead_rad == []:  # motion was lost, and that is no slip
@@ -162,11 +158,6 @@ def reckoning_of(robot: Robot, motors: MotorBus, kinematics: Kinematics, *, coun
     """The sources of this robot; None where its driven wheels are all there is and nobody asks what each has turned."""
     needed = counts_rims or robot.dead_wheels or robot.gyro is not None
     return Reckoning(robot, motors, kinematics) if needed else None
-
-
-def longest_gap_ticks(wheel: Wheel) -> int:
-    """For how long this wheel's encoder may be silent until the shorter way round may be the wrong one."""
-    return max(LONGEST_UNWRAP_TICKS, int(LONGEST_UNWRAP_TICKS * MOTOR_GEAR / wheel.gear))
 
 
 def _sums(totals: Sequence[float], more: Sequence[float]) -> list[float]:

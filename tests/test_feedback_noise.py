@@ -96,7 +96,6 @@ def test_a_noisy_run_is_recorded_with_its_settings_and_repeats_byte_for_byte(tmp
     path.write_text(
         'schema = 1\nname = "noisy"\nrobot = "slamware-b"\nseconds = 1.5\nseed = 42\n'
         "[noise]\nangle_counts = 3\nlate_ticks = 2\nloss = 0.01\n[[core]]\nat_s = 0.2\nvx_mps = 0.3\n"
-        '[checks]\nmotion = "expected"\n'  # with late and lost frames our base leaves motion out, and tells so
     )
     ends = {}
     for name in ("one", "two"):

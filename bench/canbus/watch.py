@@ -30,6 +30,7 @@ class Kind(StrEnum):
     QUICK_ID = "quick-ID frame"
     LENGTH = "wrong length"
     FOREIGN = "foreign frame"
+    LOST_COUNT = "lost count"
 
 
 @dataclass(slots=True)
@@ -146,3 +147,5 @@ def _explained(finding: Finding) -> str:
             return "command and feedback frames have 8 bytes"
         case Kind.FOREIGN:
             return "no motor or controller of this bus"
+        case Kind.LOST_COUNT:
+            return "silent for so long that its whole turns are not known; odometry goes on without that motion"

@@ -1,0 +1,222 @@
+"""Whole turns over gaps in the feedback: exact integers for truth, and the worst motion that the bound allows."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from bench.canbus.watch import Kind
+from bench.config import load_robot, robot_names
+from bench.kinematics import Kinematics
+from bench.m2006 import MotorBus, encode_feedback
+from bench.messages import BodyTwist
+from bench.noise import Noise, NoisyFeedback
+from bench.plant import Plant
+from bench.unwrap import ByShorterWay, BySpeed, filter_share, steepest_turns_per_ms2, stray_ms2
+
+ROBOT = load_robot("m2006")
+SHARE = 1.0 - math.exp(-1.0 / 10.0)
+RUN_UP_TICKS = 60
+# docs/odometry.md has these. In ticks, of the wheel that is turned most easily.
+KNOWN_TICKS = {
+    "deadwheel3": 18, "dm3519": 36, "m2006": 36, "mecanum": 20, "omni3": 23, "omni4": 24, "siegwart": 31,
+    "slamware-a": 15, "slamware-b": 15,
+}  # fmt: skip
+
+
+def reports(changes, speed=0.0, start=0.0):
+    """(exact counts, angle, rpm) after each tick, of a rotor whose speed, counts/ms, changes by so much in each.
+
+    As the plant and an ESC do it: turn by the old speed, then change it, then filter it.
+    """
+    turned, shown, told = start, speed, []
+    for change in [0.0, *changes]:
+        turned += speed
+        speed += change
+        shown += SHARE * (speed - shown)
+        told.append((math.floor(turned), math.floor(turned) % 8192, round(shown * 60_000 / 8192)))
+    return told
+
+
+def shorter(apart):
+    return (apart + 4096) % 8192 - 4096
+
+
+def way(unwrap, told, begin, gap, wheel=0):
+    (_, first, before), (_, last, after) = told[begin], told[begin + gap]
+    return unwrap.way(wheel, shorter(last - first), (before, after), range(gap, gap + 1))
+
+
+# --- the bound -------------------------------------------------------------------------------------------------------
+
+
+def weights(gap):
+    """What each change of a rotor's speed, once a tick, adds to its way beyond the prediction: by trying each alone."""
+    ticks, found = RUN_UP_TICKS * 4, []
+    for at in range(ticks + gap):
+        speed = shown = way = begin = 0.0
+        for tick in range(ticks + gap):
+            way += speed if tick >= ticks else 0.0
+            speed += tick == at
+            shown += SHARE * (speed - shown)
+            begin = shown if tick == ticks - 1 else begin
+        found.append(way - 0.5 * gap * (begin + shown) - (1 / SHARE - 0.5) * (shown - begin))
+    return found
+
+
+@pytest.mark.parametrize("gap", [1, 2, 5, 20, 37])
+def test_the_bound_is_the_worst_that_any_motion_does(gap):
+    assert stray_ms2(gap, filter_share(10.0)) == pytest.approx(math.fsum(map(abs, weights(gap))), rel=1e-9)
+
+
+@pytest.mark.parametrize("beyond", [0, 2])
+def test_the_bound_is_sharp(beyond):
+    """The worst motion: known at the longest gap; two ticks more, and the nearest turn to the prediction is wrong."""
+    unwrap = BySpeed(ROBOT)
+    gap, slope = unwrap.longest_ticks(0) + beyond, unwrap.slopes[0]
+    told = reports([math.copysign(slope, weight) for weight in weights(gap)], speed=-500.0)
+    turned = told[-1][0] - told[-1 - gap][0]
+    mean = 0.5 * (told[-1][2] + told[-1 - gap][2]) * gap + (1 / SHARE - 0.5) * (told[-1][2] - told[-1 - gap][2])
+    apart = turned - mean * 8192 / 60_000
+    found = way(unwrap, told, len(told) - 1 - gap, gap)
+    if beyond:
+        assert apart > 4096
+        assert found is None
+    else:
+        assert 3700 < apart < 4096
+        assert found.counts == turned
+
+
+@given(
+    st.sampled_from(robot_names()),
+    st.floats(-1.0, 1.0),
+    st.lists(st.floats(-1.0, 1.0), min_size=RUN_UP_TICKS, max_size=RUN_UP_TICKS),
+    st.lists(st.sampled_from([-1.0, 1.0]) | st.floats(-1.0, 1.0), min_size=1, max_size=60),
+    st.integers(0, 8191),
+)
+def test_whole_turns_are_right_or_told_to_be_unknown(name, speed, before, during, start):
+    unwrap = UNWRAPS[name]
+    slope, gap = unwrap.slopes[0], len(during)
+    told = reports([slope * share for share in (*before, *during)], 2500.0 * speed, start)
+    assume(all(abs(rpm) < 32767 for *_, rpm in told))
+    found = way(unwrap, told, RUN_UP_TICKS, gap)
+    if gap > KNOWN_TICKS[name]:
+        assert found is None
+    else:
+        assert found == (told[-1][0] - told[RUN_UP_TICKS][0], gap, gap)
+
+
+UNWRAPS = {name: BySpeed(load_robot(name)) for name in robot_names()}
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_how_long_each_robots_wheels_may_be_silent(name):
+    wheels = range(len(load_robot(name).wheels))
+    assert min(map(UNWRAPS[name].longest_ticks, wheels)) == KNOWN_TICKS[name]
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_no_rotor_of_the_plant_changes_its_speed_faster_than_the_bound_says(name):
+    """Full current one way and the other, from rolling sideways, spinning, with and without the floor's help."""
+    robot = load_robot(name)
+    limit, kinematics, used = robot.limits.current_a, Kinematics(robot.wheels), 0.0
+    bounds = [
+        1e3 * slope * math.tau / wheel.gear
+        for slope, wheel in zip(steepest_turns_per_ms2(robot), robot.wheels, strict=True)
+    ]
+    for twist in ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.3, 0.2, 3.0)):
+        fastest = max(map(abs, kinematics.wheel_speeds(twist)))
+        twist = BodyTwist(*(0.9 * robot.limits.wheel_radps / fastest * one for one in twist))
+        plant = Plant(robot, None, twist=twist)
+        for tick in range(240):
+            signs = [1.0 if (tick // 40 + wheel) % 2 else -1.0 for wheel in range(len(robot.wheels))]
+            last = plant.wheel_speeds_radps
+            plant.step([limit * sign for sign in signs])
+            for wheel, bound in enumerate(bounds):
+                drag = robot.motor.viscous_nms * abs(last[wheel]) / robot.motor.inertia_kgm2 / 1e3  # see the module
+                used = max(used, abs(plant.wheel_speeds_radps[wheel] - last[wheel]) / (bound + drag))
+    assert 0.02 < used < 1.0
+
+
+def test_passive_encoders_are_unwrapped_the_shorter_way_while_they_are_slow_enough():
+    wheels = [replace(ROBOT.wheels[0], gear=gear) for gear in (1.0, 10.0)]
+    unwrap = ByShorterWay(wheels)
+    assert unwrap.way(0, -4096, (30000, 30000), range(1, 73)).counts == -4096
+    assert unwrap.way(0, 5, (0, 0), range(73, 74)) is None
+    assert unwrap.way(1, 5, (0, 0), range(7, 8)) == (5, 7, 7)
+    assert unwrap.way(1, 5, (0, 0), range(7, 9)) is None
+
+
+# --- on the bus ------------------------------------------------------------------------------------------------------
+
+
+def on_the_bus(told):
+    """Frames of three rotors that do the same, one tick after the other. The current says which tick it was."""
+    return [
+        tuple((0x201 + i, encode_feedback(angle, rpm, tick)) for i in range(3))
+        for tick, (_, angle, rpm) in enumerate(told)
+    ]
+
+
+WIRE_RAD = -math.tau / (36 * 8192)
+
+
+@settings(max_examples=50)
+@given(
+    st.lists(st.tuples(st.floats(-1.0, 1.0), st.integers(1, 60)), min_size=3, max_size=12),
+    st.integers(0, 3),
+    st.sampled_from([0, 10_000, 100_000]),
+    st.integers(0, 2**32),
+)
+def test_late_and_lost_frames_lose_no_count(phases, late_ticks, loss_ppm, seed):
+    """From rest, where lateness is learnt, through any motion within the limits, up to 14,000 rotor rpm."""
+    slope = BySpeed(ROBOT).slopes[1]
+    changes, now = [0.0] * 150, 0.0
+    for share, ticks in phases:
+        for _ in range(ticks):
+            change = slope * share if abs(now + slope * share) < 1900 else 0.0
+            now += change
+            changes.append(change)
+    told = reports(changes)
+    bus, wire = MotorBus(ROBOT), NoisyFeedback(Noise(0, late_ticks, loss_ppm, seed))
+    first, total = {}, [0.0] * 3
+    for tick, frames in enumerate([*on_the_bus(told), *[()] * 4]):
+        arrived = wire.step(tick, frames)
+        for can_id, data in arrived:
+            first.setdefault(can_id - 0x201, int.from_bytes(data[4:6], "big"))
+        increments_rad = bus.turned(tick, arrived)
+        assert increments_rad != [], "nothing is left out"
+        total = [one + more for one, more in zip(total, increments_rad or [0.0] * 3, strict=True)]
+    assert bus.watch.findings == ()
+    waiting = bus.take_increments()
+    for wheel, last in enumerate(bus.currents_ma):
+        counts = round((total[wheel] + waiting[wheel]) / WIRE_RAD)
+        assert counts == told[last][0] - told[first[wheel]][0]
+
+
+@pytest.mark.parametrize("gap", [20, 37, 40, 200])
+def test_a_gap_beyond_the_bound_is_told_and_leaves_motion_out(gap):
+    told = reports([0.0] * (gap + 20), speed=1700.0)
+    bus = MotorBus(ROBOT)
+    total, lost = 0.0, 0
+    for tick, frames in enumerate(on_the_bus(told)):
+        silent = 10 < tick < 10 + gap
+        increments_rad = bus.turned(tick, frames[1:] if silent else frames)
+        assert (increments_rad is None) == silent
+        lost += increments_rad == []
+        total += sum(increments_rad or [0.0]) / 3
+    counts = round(total / WIRE_RAD)
+    if gap <= KNOWN_TICKS["m2006"]:
+        assert (counts, lost, bus.watch.findings) == (told[-1][0] - told[0][0], 0, ())
+    else:
+        assert (counts, lost) == (told[-1][0] - told[0][0] - (told[10 + gap][0] - told[10][0]), 1)
+        (finding,) = bus.watch.findings
+        assert (finding.kind, finding.can_id, finding.count, finding.first_tick) == (
+            Kind.LOST_COUNT,
+            0x201,
+            1,
+            10 + gap,
+        )
+        assert "silent for so long that its whole turns are not known" in finding.text
