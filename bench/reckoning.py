@@ -43,6 +43,7 @@ class Reckoning:
         "_timeout_ticks",
         "_unfollowed_rad",
         "_unfollowed_turn_rad",
+        "_waiting_turn_rad",
         "dead_turned_rad",
         "gyro",
         "heading_source",
@@ -70,6 +71,8 @@ class Reckoning:
         # What the driven wheels turned since dead wheels were last followed, and any wheels since the gyro was.
         self._unfollowed_rad = [0.0] * len(robot.wheels)
         self._unfollowed_turn_rad = 0.0
+        # What the gyro turned while wheels were waited for.
+        self._waiting_turn_rad = 0.0
         self.turned_rad = [0.0] * len(robot.wheels)
         self.dead_turned_rad = [0.0] * len(dead)
         self._slip_mark = (0, self.turned_rad, self.dead_turned_rad)
@@ -151,6 +154,13 @@ class Reckoning:
             self._unfollowed_turn_rad = 0.0
         else:
             turn_rad = 0.0
+        if followed_rad is None:
+            self._waiting_turn_rad += turn_rad
+        elif self._waiting_turn_rad:
+            # The way was gone at the headings since then: in the mean, half of that turn further back.
+            c, s = math.cos(0.5 * self._waiting_turn_rad), math.sin(0.5 * self._waiting_turn_rad)
+            ux_m, uy_m = c * ux_m + s * uy_m, c * uy_m - s * ux_m
+            self._waiting_turn_rad = 0.0
         self.odometry.move(ux_m, uy_m, turn_rad)
 
 

@@ -14,13 +14,14 @@ from bench.base import Base
 from bench.check.reading import Recording
 from bench.check.recording import Recorder, RunInfo
 from bench.check.run import from_recording
-from bench.config import Gyro, Wheel, load_robot
+from bench.config import Gyro, Wheel, load_robot, robot_names
 from bench.errors import UsageError
 from bench.instruments import EmulatedGyro, GyroBus, NormalNumbers, PassiveWheels
 from bench.kinematics import Kinematics, twist_from_document_002
 from bench.loop import Bench, simulated
 from bench.m2006 import encode_feedback
-from bench.messages import BodyTwist, Pose
+from bench.messages import BodyTwist, Pose, TickInput
+from bench.noise import Noise
 from bench.odometry import Odometry, wrap
 from bench.plant import Arena, Plant
 from bench.rc.transmitter import Sticks
@@ -165,15 +166,104 @@ def test_single_lost_frames_lose_no_motion(lost, metres):
     assert angle_rad < 2e-3
 
 
-def test_a_long_gap_is_no_motion_rather_than_a_wrong_one():
-    # 15 ms at some 14 rad/s of the wheels: 1.3 rotor turns, of which the shorter way round would make something else.
-    rig = rig_with_gaps(m2006(ground_grip=1e6), lambda tick, can_id: 700 <= tick < 715)
-    rig.run(700 - rig.bench.now_tick, Sticks(forward=0.5))
+@pytest.mark.parametrize("gap", [5, 15, 20])
+def test_a_gap_of_all_wheels_leaves_no_motion_out(gap):
+    # 20 ms at some 14 rad/s of the wheels: 1.6 rotor turns.
+    rig = rig_with_gaps(m2006(ground_grip=1e6), lambda tick, can_id: 700 <= tick < 700 + gap)
+    rig.run(701 - rig.bench.now_tick, Sticks(forward=0.5))  # the last report before the gap arrives in its first tick
     before, at = rig.believed, rig.truth
-    rig.run(16, Sticks(forward=0.5))
-    travelled_m = math.dist(rig.truth[:2], at[:2])
-    assert travelled_m > 0.002
-    assert 0.0 <= rig.believed.x_m - before.x_m < 0.2 * travelled_m
+    rig.run(gap, Sticks(forward=0.5))
+    assert rig.believed == before
+    rig.run(1, Sticks(forward=0.5))
+    assert math.dist(rig.truth[:2], at[:2]) > 0.0002 * gap
+    late_m = 0.001 * math.hypot(*rig.bench.world.plant.twist[:2])
+    assert off(rig.truth, rig.believed)[0] < late_m + 1e-4
+    assert rig.bench.bus_findings == ()
+
+
+def test_a_gap_too_long_is_no_motion_rather_than_a_wrong_one_and_is_told():
+    rig = rig_with_gaps(m2006(ground_grip=1e6), lambda tick, can_id: can_id == 0x202 and 700 <= tick < 760)
+    rig.run(701 - rig.bench.now_tick, Sticks(left=0.5))
+    before = rig.believed
+    rig.run(61, Sticks(left=0.5))
+    assert rig.believed == before
+    (finding,) = rig.bench.bus_findings
+    assert finding.startswith("0x202 lost count, once since 0.761 s: silent for so long that its whole turns are not")
+    at, before = rig.truth, rig.believed
+    rig.run(400)
+    assert math.dist(at[:2], rig.truth[:2]) == pytest.approx(math.dist(before[:2], rig.believed[:2]), abs=1e-3)
+
+
+LATE_AND_LOST = Noise(angle_counts=2, late_ticks=3, loss_ppm=100_000, seed=5)
+
+
+def by_true_wheels(bench, inputs):
+    """Run; odometry of what the wheels really turned, tick by tick: it slips as they do, and misses nothing."""
+    reference, last = Odometry(Kinematics(bench.robot.wheels)), bench.world.plant.wheel_angles_rad
+    for given_input in inputs:
+        bench.tick(given_input)
+        angles = bench.world.plant.wheel_angles_rad
+        reference.advance([new - old for new, old in zip(angles, last, strict=True)])
+        last = angles
+    return reference
+
+
+def there_and_back(robot, ticks=250):
+    """By the core at full speed, in a bend; then the other way at once; then a stop. No limit but the current."""
+    most = robot.limits
+    for forward, left, turn in ((0.0, 0.0, 0.0), (1.0, 0.0, 0.1), (-1.0, 0.3, 0.0), (0.0, 0.0, 0.0)):
+        twist = BodyTwist(forward * most.linear_mps, left * most.linear_mps, turn * most.angular_radps)
+        yield from [TickInput(b"", twist)] * (ticks if forward else 150)
+
+
+@pytest.mark.parametrize(
+    ("name", "noise"),
+    [
+        *((name, LATE_AND_LOST) for name in robot_names()),
+        ("m2006", Noise(late_ticks=2, loss_ppm=10_000, seed=1)),  # told 120 mm of 214 once
+        ("m2006", Noise(late_ticks=1, loss_ppm=10_000, seed=2)),
+        ("mecanum", Noise(late_ticks=3, loss_ppm=10_000, seed=3)),
+    ],
+)
+def test_late_and_lost_frames_lose_no_motion(name, noise):
+    robot = load_robot(name)
+    limits = replace(robot.limits, linear_acceleration_mps2=20.0, angular_acceleration_radps2=200.0)
+    bench = simulated(replace(robot, rc=None, limits=limits), noise=noise)
+    reference = by_true_wheels(bench, there_and_back(robot))
+    truth = reference.pose if name != "deadwheel3" else bench.world.plant.pose
+    distance_m, angle_rad = off(truth, bench.base.odometry.pose)
+    # Angles that are off by 2 counts; steps that hold several ticks; while wheels are waited for, some are older.
+    size = max(wheel.radius_m for wheel in robot.wheels) / 0.05
+    assert distance_m < 1e-3 * size
+    assert angle_rad < 1e-3
+    assert bench.bus_findings == ()
+
+
+@pytest.mark.parametrize("which", [(0x202,), (0x201, 0x202, 0x203)], ids=["one", "all"])
+@pytest.mark.parametrize("burst", [5, 20, 50])
+def test_bursts_of_loss_lose_no_motion_that_can_be_known(burst, which):
+    robot = replace(m2006(), rc=None)
+    motors = Gaps(robot)
+    motors.lost = lambda tick, can_id: can_id in which and tick % 150 < burst and tick < 600
+    plain = simulated(robot)
+    bench = Bench(plain.base, World(robot, core=plain.world.core, motors=motors))
+    reference = by_true_wheels(bench, there_and_back(robot))
+    distance_m, angle_rad = off(reference.pose, bench.base.odometry.pose)
+    if burst <= 36:
+        assert (distance_m < 5e-4, angle_rad < 5e-4, bench.bus_findings) == (True, True, ())
+    else:
+        assert distance_m > 0.005, "the way of the gaps"
+        assert [text[:5] for text in bench.bus_findings] == [f"0x{can_id:X}" for can_id in which]
+        assert all("lost count, 3 times since 0.2" in text for text in bench.bus_findings)
+
+
+def test_a_gyro_turns_the_way_that_was_waited_for():
+    # A bend of 4 rad/s at 0.35 m/s, of which the wheels tell every 20 ms: 0.08 rad, or 0.3 mm of each 7 mm.
+    robot = with_instruments(m2006(ground_grip=1e6, limits_angular_radps=4.0), dead=False, gyro=Gyro(1))
+    rig = rig_with_gaps(robot, lambda tick, can_id: can_id == 0x203 and tick % 20 and tick < 1000)
+    rig.run(1000 - rig.bench.now_tick, Sticks(forward=0.6, turn=1.0))
+    rig.run(400)
+    assert off(rig.truth, rig.believed)[0] < 1e-3
 
 
 # --- truth beside the estimate -------------------------------------------------------------------------------------
