@@ -26,7 +26,7 @@ from typing import NamedTuple, Protocol
 
 from bench.canbus.c610 import COUNTS
 from bench.config import Robot, Wheel
-from bench.loads import GRAVITY_MPS2, load_rows
+from bench.ground.loads import GRAVITY_MPS2, load_rows
 
 HALF_TURN = COUNTS // 2
 COUNTS_PER_RPM_TICK = COUNTS / 60_000.0
