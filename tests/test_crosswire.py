@@ -343,7 +343,9 @@ def test_faults_on_the_way_to_the_base_make_no_findings_of_their_own(run):
     ):
         job = run(f'[[fault]]\nwire = "core"\n{kind}\nat_s = 0.5\nfor_s = 0.6\n')
         conduct(job)
+        assert job.injector.untouched() == [], kind
         found = job.checks.outcomes()[ANSWERS]
+        assert found.judged, kind
         assert found.ok, (kind, found.lines)
 
 

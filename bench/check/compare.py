@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import cache, partial
 from itertools import zip_longest
 from typing import Any, TypeAlias
 
+from bench.canbus.table import Family
 from bench.check.fields import Value, distance, fields_of_pair, shown, shown_value, tolerance
 from bench.check.lines import (
     BASE_TO_CORE,
@@ -138,7 +139,8 @@ def compare(run: Recording, golden: Recording, tolerances: Mapping[str, float] |
     Raises RecordingError where a line that differs cannot be read.
     """
     end = min(run.ticks, golden.ticks)
-    finder = _Finder(tolerances, (golden.state_columns, run.state_columns), golden)
+    tolerance_of = None if tolerances is None else cache(partial(tolerance, tolerances=tolerances))
+    finder = _Finder(tolerance_of, (golden.state_columns, run.state_columns), golden.family)
     identical = run.ticks == golden.ticks
     for name in LOGS:
         if run.content(name) == golden.content(name):
@@ -215,15 +217,12 @@ class _Finder:
 
     def __init__(
         self,
-        tolerances: Mapping[str, float] | None,
+        tolerance_of: Callable[[str], float] | None,
         columns: tuple[tuple[str, ...], tuple[str, ...]],
-        golden: Recording,
+        family: Family,
     ) -> None:
         self.wires: dict[str, WireSummary] = {}
-        self._columns = columns
-        self._golden = golden
-        self._exact = tolerances is None
-        self._tolerance = cache(lambda name: tolerance(name, tolerances or {}))
+        self._tolerance_of, self._columns, self._family = tolerance_of, columns, family
 
     def add_wire(self, wire: str, frames: int) -> None:
         self.wires[wire] = WireSummary(wire, frames)
@@ -243,22 +242,14 @@ class _Finder:
         from bench.check.can_compare import findings, tick_of
 
         before, after = sides[0].until(end), sides[1].until(end)
-        tolerance_of = None if self._exact else self._tolerance
-        for name, wire in findings(before, after, golden.family, tolerance_of).items():
+        for name, wire in findings(before, after, self._family, self._tolerance_of).items():
             self.wires[name] = summary = WireSummary(name, wire.frames, wire.differing, None, wire.largest)
             if wire.first_tick is not None:
-                one = self._alone()
-                one.compare_tick(
-                    wire.first_tick, *_without_start(*(tick_of(side, wire.first_tick) for side in (before, after)))
-                )
-                summary.first = one.wires[name].first
+                there = _without_start(*(tick_of(side, wire.first_tick) for side in (before, after)))
+                alone = _Finder(self._tolerance_of, self._columns, self._family)
+                alone.compare_tick(wire.first_tick, *there)
+                summary.first = alone.wires[name].first
         return True
-
-    def _alone(self) -> _Finder:
-        """Another finder with the same terms and nothing found."""
-        other = _Finder(None, self._columns, self._golden)
-        other._exact, other._tolerance = self._exact, self._tolerance
-        return other
 
     def compare_tick(self, tick: int, expected: list[WireData], got: list[WireData]) -> None:
         """What is left of one tick on both sides: frames of the same wire are held against each other in order."""
@@ -276,7 +267,7 @@ class _Finder:
                     self._compare_frame(tick, wire, one, other)
 
     def _compare_frame(self, tick: int, wire: str, expected: bytes, got: bytes) -> None:
-        before, after = fields_of_pair(wire, expected, got, self._columns, self._golden.family)
+        before, after = fields_of_pair(wire, expected, got, self._columns, self._family)
         beyond = []
         for name, one in before.items():
             other = after[name]
@@ -286,7 +277,7 @@ class _Finder:
             if apart is not None:
                 largest = self._summary(wire).largest
                 largest[name] = max(apart, largest.get(name, 0.0))
-            if self._exact or apart is None or apart > self._tolerance(name):
+            if self._tolerance_of is None or apart is None or apart > self._tolerance_of(name):
                 beyond.append((name, one, other))
         if beyond:
             self._found(tick, wire, *beyond[0])

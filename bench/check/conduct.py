@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from bench.check.crosswire import Outcome
+from bench.check.expectations import Verdict
 from bench.check.faulty import Touch
 from bench.check.recording import Recorder
 from bench.check.run import Run
@@ -51,9 +53,15 @@ def conduct(
 
 def shortcomings(run: Run) -> list[str]:
     """Why a run that is over is not as its scenario wants it: a sentence each, none where it is."""
-    found = [verdict.text for verdict in run.judge.verdicts() if not verdict.ok] if run.judge is not None else []
-    if run.injector is not None:
-        found += [f"{name}: this fault touched nothing" for name in run.injector.untouched()]
-    if run.checks is not None:
-        found += [line for outcome in run.checks.outcomes() if not outcome.ok for line in outcome.lines]
-    return found
+    return reasons(
+        run.judge.verdicts() if run.judge is not None else (),
+        run.injector.untouched() if run.injector is not None else (),
+        run.checks.outcomes() if run.checks is not None else (),
+    )
+
+
+def reasons(verdicts: Iterable[Verdict], untouched: Iterable[str], outcomes: Iterable[Outcome]) -> list[str]:
+    """A sentence for each expectation that is not met, each fault that touched nothing, each finding of the wires."""
+    found = [verdict.text for verdict in verdicts if not verdict.ok]
+    found += [f"{name}: this fault touched nothing" for name in untouched]
+    return found + [line for outcome in outcomes if not outcome.ok for line in outcome.lines]

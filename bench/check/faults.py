@@ -54,7 +54,6 @@ KINDS: dict[str, tuple[str, ...]] = {
 _WITH_PROBABILITY = {"drop": 1.0, "corrupt": 0.02, "lose_byte": 0.02}
 _NEEDS = {"delay": "ms", "truncate": "keep", "weak": "factor", "slippery": "factor", "push": "force_n"}
 _MAY_NAME_ESC = ("command", "feedback", "esc")
-_OWN_KEYS = ("ms", "keep", "factor", "force_n")
 MOST_MS = 10_000
 
 

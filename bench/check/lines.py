@@ -239,7 +239,7 @@ def frames_by_wire(name: str, lines: list[bytes]) -> dict[str, int]:
 
 def cell_value(cell: str) -> float | int | str:
     """A cell of state.csv: a whole number, a number with decimals, or text. What is not finite stays text."""
-    for kind in (int, float):
+    for kind in (float,) if "." in cell else (int, float):
         try:
             value = kind(cell)
         except ValueError:

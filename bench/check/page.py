@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
+from typing import TypeAlias
 
 from bench.check.crosswire.settings import OFF
 from bench.check.suite import Result
@@ -13,6 +14,8 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 760, 150, 52, 12, 10, 20
 COLOURS = ("#0b62a8", "#c2541b", "#2b7a3d", "#7a3fa0", "#8a6d00", "#b0285f", "#167a80", "#555f6b")
 """Told apart by colour-blind eyes too; the legend names them in order."""
 LINK_COLOURS = {"live": "#bfe3c8", "degraded": "#f3e3a6", "hold": "#f3e3a6", "neutral": "#f5c79b", "lost": "#efa9a4"}
+Scale: TypeAlias = Callable[[float], float]
+"""A value -> where it stands in the picture."""
 _STYLE = """
  body { font: 15px/1.5 system-ui, sans-serif; margin: 0 auto; max-width: 62rem; padding: 2rem 1.5rem; color: #1c2430 }
  h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin: 2.4rem 0 .2rem; border-top: 1px solid #d5dbe3 }
@@ -124,14 +127,7 @@ def _over_time(
     def y(value: float) -> float:
         return TOP + (HEIGHT - TOP - BOTTOM) * (high - value) / (high - low)
 
-    parts = []
-    for span in result.faults:
-        start, width = x(span.first / 1000), max(1.0, x(span.last / 1000) - x(span.first / 1000))
-        parts.append(
-            f'<rect x="{start:.1f}" y="{TOP}" width="{width:.1f}" height="{HEIGHT - TOP - BOTTOM}" fill="#e4e8ee">'
-            f"<title>{escape(span.name)}</title></rect>"
-        )
-    parts += [_link_bar(result, x)]
+    parts = [*_fault_bars(result, x), _link_bar(result, x)]
     for value in _labels(low + spare, high - spare):
         parts.append(_level(y(value), "#d5dbe3"))
         parts.append(f'<text x="{LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:.3g}</text>')
@@ -141,12 +137,7 @@ def _over_time(
     for colour, values in zip(_colours(), curves.values(), strict=False):
         points = " ".join(f"{x(t):.1f},{y(value):.1f}" for t, value in zip(times, values, strict=True))
         parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.5"/>')
-    for verdict in result.verdicts:
-        if not verdict.ok and verdict.at_tick is not None:
-            parts.append(_violation(x(verdict.at_tick / 1000), verdict.name))
-    for check in result.checks:
-        if check.findings and not check.ok:
-            parts.append(_violation(x(check.findings[0].first_tick / 1000), check.name))
+    parts += _violations(result, x)
     legend = ", ".join(
         f'<span style="color:{colour}">■ {escape(name)}</span>'
         for colour, name in zip(_colours(), curves, strict=False)
@@ -170,6 +161,24 @@ def _level(y: float, colour: str, dashes: str = "none") -> str:
     )
 
 
+def _fault_bars(result: Result, x: Scale) -> Iterator[str]:
+    for span in result.faults:
+        start, width = x(span.first / 1000), max(1.0, x(span.last / 1000) - x(span.first / 1000))
+        yield (
+            f'<rect x="{start:.1f}" y="{TOP}" width="{width:.1f}" height="{HEIGHT - TOP - BOTTOM}" fill="#e4e8ee">'
+            f"<title>{escape(span.name)}</title></rect>"
+        )
+
+
+def _violations(result: Result, x: Scale) -> Iterator[str]:
+    for verdict in result.verdicts:
+        if not verdict.ok and verdict.at_tick is not None:
+            yield _violation(x(verdict.at_tick / 1000), verdict.name)
+    for check in result.checks:
+        if check.findings and not check.ok:
+            yield _violation(x(check.findings[0].first_tick / 1000), check.name)
+
+
 def _violation(x: float, name: str) -> str:
     return (
         f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}" stroke="#b3261e" stroke-width="2"/>'
@@ -177,9 +186,8 @@ def _violation(x: float, name: str) -> str:
     )
 
 
-def _link_bar(result: Result, x: object) -> str:
+def _link_bar(result: Result, x: Scale) -> str:
     """The link's state as a strip along the top, named where there is room."""
-    assert callable(x)
     place = result.columns.index("link")
     changes: list[tuple[float, str]] = []
     for row in result.rows:

@@ -5,6 +5,8 @@ name = "demo"
 robot = "m2006"
 rc = "drive.bin"            # a capture beside this file; or, in its place, [[stick]] entries
 seconds = 24.0
+arena = "course.toml"       # beside this file; or a table [arena]: see `bench.arena`
+extends = "base.toml"       # see `inherit`
 
 [[stick]]                   # how a driver holds the sticks, -1 to 1, from then on; encoded by the robot's profile
 at_s = 1.0
@@ -14,8 +16,6 @@ forward = 0.5               # left, turn (counter-clockwise); aux1 = true, aux2 
 at_s = 14.0
 vx_mps = 0.25
 
-arena = "course.toml"       # beside this file; or a table [arena]: see `bench.arena`
-
 [noise]                     # on the feedback of the motors; see `bench.noise`
 loss = 0.01
 
@@ -24,8 +24,6 @@ wire = "rc"
 kind = "drop"
 at_s = 5.0
 for_s = 1.0
-
-extends = "base.toml"       # see `inherit`
 
 [[expect]]                  # see `expectations`
 when = "link == 'lost'"
@@ -148,11 +146,8 @@ def _read(data: Table, text: bytes, alone: bool) -> Scenario:
         text=text,
     )
     data.refuse_rest()
-    for key, entries in (("fault", scenario.faults), ("expect", scenario.expectations)):
-        called = [entry.name for entry in entries]
-        twice = next((name for name in called if called.count(name) > 1), None)
-        if twice is not None:
-            raise data.fail(key, f"two are called {twice!r}; give each a name of its own")
+    _refuse_one_name_for_two(data, "fault", [fault.name for fault in scenario.faults])
+    _refuse_one_name_for_two(data, "expect", [expectation.name for expectation in scenario.expectations])
     if scenario.rc is not None and not alone and not scenario.rc.is_file():
         raise ConfigError(f"{path}: rc: there is no capture {scenario.rc}")
     return scenario
@@ -186,6 +181,12 @@ def _read_core(entry: Table) -> tuple[int, BodyTwist]:
     at_tick = entry.ticks("at_s")
     entry.refuse_rest()
     return at_tick, BodyTwist(**twist)
+
+
+def _refuse_one_name_for_two(data: Table, key: str, names: Sequence[str]) -> None:
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise data.fail(key, f"two are called {twice!r}; give each a name of its own")
 
 
 def _refuse_times(data: Table, key: str, times: Sequence[int], end: int) -> None:

@@ -17,8 +17,7 @@ from bench.messages import RcEvent, RcFrame, RcNoise
 
 def stale_command_kept(robot: Robot) -> Base:
     """Stops on silence, but keeps the command: when the link comes back it drives on, without a re-arm."""
-    base = Base(_with_link(robot, disarm_ms=10**9))
-    return base
+    return Base(_with_link(robot, disarm_ms=10**9))
 
 
 def failsafe_flag_ignored(robot: Robot) -> Base:
@@ -77,18 +76,11 @@ def clamp_missing(robot: Robot) -> Base:
     return Base(replace(robot, limits=replace(robot.limits, current_a=robot.motor.max_current_a)))
 
 
-class _WheelSwap(Base):
-    """Two connectors changed places: commands and feedback of wheels 1 and 2."""
-
-    def __init__(self, robot: Robot) -> None:
-        one, two, *rest = robot.wheels
-        swapped = replace(one, can_id=two.can_id), replace(two, can_id=one.can_id)
-        super().__init__(replace(robot, wheels=(*swapped, *rest)))
-
-
 def wheel_swap(robot: Robot) -> Base:
-    """Two motors have each other's number."""
-    return _WheelSwap(robot)
+    """Two connectors changed places: commands and feedback of wheels 1 and 2."""
+    one, two, *rest = robot.wheels
+    swapped = replace(one, can_id=two.can_id), replace(two, can_id=one.can_id)
+    return Base(replace(robot, wheels=(*swapped, *rest)))
 
 
 def degrees_for_radians(robot: Robot) -> Base:

@@ -10,11 +10,9 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as Xml
 
-from bench.check.conduct import conduct
+from bench.check.conduct import conduct, reasons
 from bench.check.crosswire import Outcome
-from bench.check.crosswire.settings import OFF
 from bench.check.crowd import Stopped, Tell, Watch, each
 from bench.check.expectations import Verdict
 from bench.check.faulty import Touch
@@ -70,10 +68,8 @@ class Result:
     @property
     def reasons(self) -> list[str]:
         """Every reason why it is not."""
-        reasons = [self.error] if self.error else []
-        reasons += [verdict.text for verdict in self.verdicts if not verdict.ok]
-        reasons += [f"{name}: this fault touched nothing" for name in self.untouched]
-        return reasons + [line for outcome in self.checks if not outcome.ok for line in outcome.lines]
+        told = [self.error] if self.error else []
+        return told + reasons(self.verdicts, self.untouched, self.checks)
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for --json, without the rows."""
@@ -123,30 +119,6 @@ def run_scenarios(
 
 def _lost(path: Path, why: str) -> Result:
     return Result(str(path), path.stem, error=why)
-
-
-def junit_xml(results: Sequence[Result]) -> str:
-    """The results as JUnit XML, as CI servers read it: a test case for each expectation."""
-    suites = Xml.Element("testsuites", name="wheelbench")
-    for result in results:
-        cases = [(verdict.name, "" if verdict.ok else verdict.text) for verdict in result.verdicts]
-        cases += [(f"fault {name}", "touched nothing") for name in result.untouched]
-        for outcome in result.checks:
-            if outcome.state != OFF:
-                cases.append((f"check {outcome.name}", "" if outcome.ok else "; ".join(outcome.lines)))
-        if result.error or not cases:
-            cases.append(("runs", result.error))
-        failed = sum(bool(why) for _, why in cases)
-        seconds = f"{result.ticks / 1000:.3f}"  # simulated: how long a machine took is not a fact of the run
-        suite = Xml.SubElement(
-            suites, "testsuite", name=result.name, tests=str(len(cases)), failures=str(failed), time=seconds
-        )
-        for name, why in cases:
-            case = Xml.SubElement(suite, "testcase", classname=result.path, name=name)
-            if why:
-                Xml.SubElement(case, "failure", message=why)
-    Xml.indent(suites)
-    return '<?xml version="1.0" encoding="utf-8"?>\n' + Xml.tostring(suites, encoding="unicode") + "\n"
 
 
 def _run(path: Path, record: Path | None, overwrite: bool, count: Callable[[int, int], None] | None) -> Result:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from bench.base import Base
@@ -107,46 +107,55 @@ class Summary:
 
     def lines(self, run: Run) -> list[str]:
         """The same for people, a few lines."""
-        base_rc = getattr(run.bench.onlooker or run.bench.base, "link", None)
-        frames = (
-            f"{base_rc.frames} frames, {base_rc.noise_bytes} bytes of noise" if base_rc else f"{self.rc_bytes} bytes"
-        )
-        x, y, heading = self.end
-        lines = [
-            f"drove     {self.path_m:.2f} m and turned {math.degrees(self.turn_rad):.0f} deg"
-            f" in {self.ticks / 1000:.1f} s; stands at x {x:+.3f} m, y {y:+.3f} m, {math.degrees(heading):+.1f} deg",
-            f"rc        {frames}",
-            f"slamware  {self.core_requests} requests, {self.core_answers} answers",
-            f"can       {self.can_commands} commands, {self.can_feedback} feedback frames;"
-            f" at most {self.top_current_a:.2f} A in a motor",
-        ]
-        if isinstance(run.bench.base, Base):
-            off_mm, off_deg = self.odometry_off_m * 1000, math.degrees(self.odometry_off_rad)
-            lines.insert(1, f"odometry  off by {off_mm:.2f} mm and {off_deg:.3f} deg at the end")
-        if self.link_changes and isinstance(run.bench.base, Base):
-            lines.append(
-                "link      "
-                + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in self.link_changes[:LINK_CHANGES_SHOWN])
-            )
-        info = run.info
-        if info.controller in CONTROL_KINDS:
-            lines.append(f"printed   the controller is {info.controller}, not the speed loop")
-        elif info.controller is not None:
-            lines.append(f"base      {info.controller}, not the bench's own")
-        if info.odometry is not None:
-            lines.append(
-                f"printed   the odometry is {info.odometry}; it ends {self.odometry_off_m:.2f} m and"
-                f" {math.degrees(self.odometry_off_rad):.0f} deg from the truth"
-            )
-        bad = run.bench.world.plant.bad_currents
-        if bad:
-            lines.append(f"plant     {bad} commanded currents were no finite number; each was taken for 0 A")
-        findings = run.bench.bus_findings
-        if findings:
-            lines.append(f"bus       {len(findings)} finding{'s' * (len(findings) > 1)}; the newest: {findings[-1]}")
+        lines = [*self._way(run), *self._wires(run), *self._in_place_of_ours(run), *_trouble(run)]
         said = _said(run).splitlines()[-SAID_SHOWN:]
         lines += [f"{'' if at else 'said':<10}{line}" for at, line in enumerate(said)]
         return lines + (check_lines(run.checks.outcomes()) if run.checks is not None else [])
+
+    def _way(self, run: Run) -> Iterator[str]:
+        x, y, heading = self.end
+        yield (
+            f"drove     {self.path_m:.2f} m and turned {math.degrees(self.turn_rad):.0f} deg"
+            f" in {self.ticks / 1000:.1f} s; stands at x {x:+.3f} m, y {y:+.3f} m, {math.degrees(heading):+.1f} deg"
+        )
+        if isinstance(run.bench.base, Base):
+            off_mm, off_deg = self.odometry_off_m * 1000, math.degrees(self.odometry_off_rad)
+            yield f"odometry  off by {off_mm:.2f} mm and {off_deg:.3f} deg at the end"
+
+    def _wires(self, run: Run) -> Iterator[str]:
+        link = getattr(run.bench.onlooker or run.bench.base, "link", None)
+        heard = f"{link.frames} frames, {link.noise_bytes} bytes of noise" if link else f"{self.rc_bytes} bytes"
+        yield f"rc        {heard}"
+        yield f"slamware  {self.core_requests} requests, {self.core_answers} answers"
+        yield (
+            f"can       {self.can_commands} commands, {self.can_feedback} feedback frames;"
+            f" at most {self.top_current_a:.2f} A in a motor"
+        )
+        if self.link_changes and isinstance(run.bench.base, Base):
+            changes = self.link_changes[:LINK_CHANGES_SHOWN]
+            yield "link      " + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in changes)
+
+    def _in_place_of_ours(self, run: Run) -> Iterator[str]:
+        """A printed form, or somebody's own base."""
+        info = run.info
+        if info.controller in CONTROL_KINDS:
+            yield f"printed   the controller is {info.controller}, not the speed loop"
+        elif info.controller is not None:
+            yield f"base      {info.controller}, not the bench's own"
+        if info.odometry is not None:
+            yield (
+                f"printed   the odometry is {info.odometry}; it ends {self.odometry_off_m:.2f} m and"
+                f" {math.degrees(self.odometry_off_rad):.0f} deg from the truth"
+            )
+
+
+def _trouble(run: Run) -> Iterator[str]:
+    bad = run.bench.world.plant.bad_currents
+    if bad:
+        yield f"plant     {bad} commanded currents were no finite number; each was taken for 0 A"
+    findings = run.bench.bus_findings
+    if findings:
+        yield f"bus       {len(findings)} finding{'s' * (len(findings) > 1)}; the newest: {findings[-1]}"
 
 
 def _said(run: Run) -> str:

@@ -44,8 +44,9 @@ def sources_of(given: Sequence[str]) -> list[str]:
 
 def suite_of(args: argparse.Namespace) -> int:
     """Run them; exit status 1 where one is not as expected. Ctrl-C ends all: recordings are whole up to there."""
+    from bench.check.junit import junit_xml
     from bench.check.page import page
-    from bench.check.suite import junit_xml, run_scenarios
+    from bench.check.suite import run_scenarios
     from bench.cli.headless import asked_to_stop
     from bench.cli.output import refuse_hopeless, write_text
     from bench.cli.progress import Progress
