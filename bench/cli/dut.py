@@ -8,6 +8,10 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bench.dut.start import Found
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +38,8 @@ def _init(args: argparse.Namespace) -> int:
     done = start(args.folder, args.style)
     if args.json:
         files = [str(path) for path in done.written]
-        print(json.dumps({"style": done.style, "written": files, "sources": done.found.sources}))
+        facts = {"style": done.style, "written": files, "sources": done.found.sources, "profile": done.found.receiver}
+        print(json.dumps(facts))
         return EXIT_OK
     found = done.found
     if found.sources:
@@ -48,8 +53,17 @@ def _init(args: argparse.Namespace) -> int:
     project = args.folder / PROJECT
     print(f"next      check {project}" + (f" and {args.folder / PORT}" if found.sources else ""))
     print(f"          wheelbench dut build {project}")
-    print(f"          wheelbench failsafe --controller {project}")
+    print(f"          wheelbench failsafe --controller {project}" + _profile(found))
     return EXIT_OK
+
+
+def _profile(found: Found) -> str:
+    """The option that names the receiver, where it is not the one that a file to begin with is written for."""
+    if not found.sources:
+        return ""
+    if found.receiver:
+        return f" --profile {found.receiver}    # your receiver, by a guess"
+    return " --profile P    # your receiver: `wheelbench robots` names them, in its last line"
 
 
 def _build(args: argparse.Namespace) -> int:

@@ -28,13 +28,16 @@ FIRMWARE_MAIN = "wb_firmware_main"
 
 # Like the chip's compiler: plain char is unsigned, an enum as small as it may be. Addresses are the same in each run.
 _ABI = ("-funsigned-char", "-fshort-enums", "-fno-pie", "-ffp-contract=off")
-_USUAL = ("-g", "-O2", "-Wall")
+# uint32_t is an unsigned long on the chip and not here: its "%lu" is no mistake.
+_USUAL = ("-g", "-O2", "-Wall", "-Wno-format")
 _COUNTED = "-fsanitize-coverage=trace-pc"
 _SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer", "-O1")
 # A loop without anything in it is the one thing that the count leaves out: ".L3: jmp .L3", with line numbers between.
 _EMPTY_LOOP = re.compile(r"^(\.L\w+):\n((?:[ \t]*(?:[.#]|nop).*\n)*)[ \t]*(jmp|b)[ \t]+\1[ \t]*$", re.MULTILINE)
 _CALLS = {"jmp": "call", "b": "bl"}
 _UNDEFINED = re.compile(r"undefined reference to [`'‘]([^'’]+)['’]")
+_NO_HEADER = re.compile(r"fatal error: ['‘]?([^'’\s]+?)['’]?(?:: No such file|\s+file not found)")
+_NO_NAME = re.compile(r"undeclared|unknown type name|implicit declaration|use of undeclared|has no member named")
 _MOST_LINES = 40
 
 
@@ -148,16 +151,16 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
     """Make the program; what the compiler had to say, and every file that went in."""
     theirs, ours, link, libraries, _ = _commands(project, compiler)
     names = [f"{number}" for number in range(len(project.sources))]
-    said = _run_all(
-        [
-            [*theirs, "-S", str(source), "-o", f"{scratch / name}.s", "-MMD", "-MF", f"{scratch / name}.d"]
-            for source, name in zip(project.sources, names, strict=True)
-        ]
-    )
-    failed = [text for status, text in said if status]
-    if failed:
+    commands = [
+        [*theirs, "-S", str(source), "-o", f"{scratch / name}.s", "-MMD", "-MF", f"{scratch / name}.d"]
+        for source, name in zip(project.sources, names, strict=True)
+    ]
+    said = _run_all(commands)
+    refused = [[*command, "-w"] for command, (status, _) in zip(commands, said, strict=True) if status]
+    if refused:  # once more, for the errors without the warnings between them
+        text = "".join(text for _, text in _run_all(refused))
         raise UsageError(
-            f"{project.path}: the compiler refuses the firmware; its own words:\n{_shortened(''.join(failed))}"
+            f"{project.path}: the compiler refuses the firmware; its own words:\n{_shortened(text)}{_advice(text)}"
         )
     (scratch / "wires.c").write_text(wires, encoding="utf-8")
     _assemble(project, compiler, [scratch / f"{name}.s" for name in names])
@@ -194,6 +197,20 @@ def _shim_objects(project: Project, ours: Sequence[str]) -> list[Path]:
         for one, other in zip(made, objects, strict=True):
             os.replace(one, other)
     return objects
+
+
+def _advice(text: str) -> str:
+    """What to try, for what a first build stumbles over."""
+    advice = ""
+    if missing := _NO_HEADER.findall(text):
+        names = ", ".join(dict.fromkeys(missing))
+        advice += f"\nno {names}: add the folder to include =, or write a small header of that name"
+    if _NO_NAME.search(text):
+        advice += (
+            "\nwhat the bench knows of the HAL is in wheelbench_hal.h and wheelbench_board.h "
+            f"({SHIM / 'include'}); a file that sets up registers belongs to the board: name it in leave_out ="
+        )
+    return advice
 
 
 def _digest_of_shim() -> str:

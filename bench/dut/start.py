@@ -21,6 +21,16 @@ _NOT_THEIRS = re.compile(r"(stm32\w*_(hal|ll|it)\w*|system_stm32\w*|startup\w*|s
 _NOT_FOLDERS = {"Drivers", "Middlewares", "build", "Debug", "Release", "test", "tests"}
 _MOST_FILES = 500
 _HANDLE = r"^\s*(?:extern\s+)?{}_HandleTypeDef\s+(\w+)"
+# Where printf goes, in every project that has put it somewhere.
+_CONSOLE = re.compile(r"\b(?:__io_putchar|_write|fputc)\s*\([^)]*\)\s*\{[^}]*?&\s*(\w+)")
+_RECEIVES = re.compile(r"\bHAL_UART(?:Ex)?_Receive\w*\s*\(\s*&\s*(\w+)")
+_RECEIVERS = (
+    ("dbus|dr16", "dr16"),
+    ("sbus", "frsky-sbus"),
+    ("i_?bus|flysky", "flysky"),
+    ("crsf|crossfire|elrs", "elrs"),
+)
+"""Words of a team's files, and the profile of the bench that they mean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +41,11 @@ class Found:
     left_out: tuple[str, ...]
     include: tuple[str, ...]
     uarts: tuple[str, ...]
+    """That may be wires, those first on which something is received."""
+    consoles: tuple[str, ...]
+    """That printf goes to."""
+    receiver: str
+    """The profile of the RC receiver that the sources speak of; empty where they speak of none."""
     cans: tuple[str, ...]
     fdcans: tuple[str, ...]
     timers: tuple[str, ...]
@@ -79,10 +94,13 @@ def look(folder: Path) -> Found:
     code = [path for path in files if path.suffix in C_ENDINGS]
     kept = [path for path in code if not _NOT_THEIRS.fullmatch(path.name)]
     text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in kept)
-    uarts, cans, fdcans, timers = (_names(text, kind) for kind in ("UART", "CAN", "FDCAN", "TIM"))
+    handles, cans, fdcans, timers = (_names(text, kind) for kind in ("UART", "CAN", "FDCAN", "TIM"))
+    consoles = tuple(name for name in handles if name in _CONSOLE.findall(text))
+    heard = _RECEIVES.findall(text)
+    uarts = tuple(sorted((name for name in handles if name not in consoles), key=lambda name: name not in heard))
     if re.search(r"FreeRTOS\.h|cmsis_os2?\.h", text):
         style = "rtos"
-    elif uarts or cans or fdcans or "_hal.h" in text:
+    elif handles or cans or fdcans or "_hal.h" in text:
         style = "interrupt"
     else:
         style = "superloop"
@@ -92,6 +110,8 @@ def look(folder: Path) -> Found:
         left_out=tuple(path.relative_to(folder).as_posix() for path in code if path not in kept),
         include=tuple(sorted(headers)),
         uarts=uarts,
+        consoles=consoles,
+        receiver=_receiver(text, kept),
         cans=cans,
         fdcans=fdcans,
         timers=timers,
@@ -99,6 +119,13 @@ def look(folder: Path) -> Found:
         has_main=bool(re.search(r"^\s*(int|void)\s+main\s*\(", text, re.MULTILINE)),
         has_setup=bool(re.search(r"^\s*void\s+setup\s*\(", text, re.MULTILINE)),
     )
+
+
+def _receiver(text: str, files: Sequence[Path]) -> str:
+    words = " ".join([*(path.stem for path in files), text])
+    counts = {profile: len(re.findall(pattern, words, re.IGNORECASE)) for pattern, profile in _RECEIVERS}
+    most = max(counts, key=counts.__getitem__)
+    return most if counts[most] else ""
 
 
 def _walk(folder: Path) -> Iterable[Path]:
@@ -137,12 +164,15 @@ def project_toml(name: str, found: Found, style: str) -> str:
     else:
         lines += ['main = "main"']
     lines += ['# every_ms = "control_step"   # a function that a timer of yours calls each millisecond']
-    if style != "superloop" or found.uarts or found.cans or found.fdcans:
+    if style != "superloop" or found.uarts or found.consoles or found.cans or found.fdcans:
         lines += ["", "[wires]                       # check: which handle is which line"]
         names = (*found.uarts, "", "")
         can = ("fdcan", found.fdcans[0]) if found.fdcans else ("can", (*found.cans, "")[0])
         for key, handle in (("rc", names[0]), ("slamware", names[1]), can):
             lines += [f"{key} = {_text(handle)}" if handle else f'# {key} = "h..."']
+        lines += [
+            f"# {name} is no wire: printf goes there, and what it sends is kept as output" for name in found.consoles
+        ]
     for timer in found.timers:
         lines += ["", "[[timer]]", f"handle = {_text(timer)}", "period_ms = 1                 # check"]
     return "\n".join([*lines, ""])

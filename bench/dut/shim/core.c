@@ -178,10 +178,16 @@ void wb_note(const char *format, ...) {
 }
 
 void wb_note_once(const char *line) {
-    static const char *last;
-    if (line != last)
-        wb_note("%s", line);
-    last = line;
+    static const char *noted[8];
+    for (size_t i = 0; i < sizeof noted / sizeof *noted; i++) {
+        if (noted[i] == line)
+            return;
+        if (!noted[i]) {
+            noted[i] = line;
+            wb_note("%s", line);
+            return;
+        }
+    }
 }
 
 void wb_print(const uint8_t *bytes, int count) {
@@ -244,6 +250,11 @@ void wb_poll(void) {
     budget -= wb_blocks_per_ms / WB_POLL_SHARE;
     if (budget <= 0)
         out_of_time();
+}
+
+uint32_t wb_share_of_time(uint32_t per_ms) {
+    long left = overdrawn || budget < 0 ? 0 : budget;
+    return wb_tick * per_ms + (uint32_t)((uint64_t)(wb_blocks_per_ms - left) * per_ms / (uint64_t)wb_blocks_per_ms);
 }
 
 void wb_irq_off(void) {

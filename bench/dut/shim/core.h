@@ -38,6 +38,7 @@ extern uint32_t wb_tick;   /* milliseconds since reset */
 extern int wb_in_interrupt;
 
 void wb_poll(void);        /* a question to a peripheral: time may pass */
+uint32_t wb_share_of_time(uint32_t per_ms); /* since reset, with the part of this millisecond that has been used */
 void wb_end_tick(void);    /* answer the bench, wait for the next tick, run the interrupts */
 void wb_keep_byte(int uart, uint8_t byte);
 void wb_keep_frame(const struct wb_frame *frame);

@@ -15,6 +15,7 @@ USART_TypeDef wb_usart[9];
 CAN_TypeDef wb_can_instance[4];
 FDCAN_GlobalTypeDef wb_fdcan_instance[4];
 TIM_TypeDef wb_tim[18];
+CoreDebug_Type wb_core_debug;
 
 static uint32_t primask;
 static int heard[WB_UARTS]; /* bytes since the line was idle */
@@ -510,6 +511,70 @@ static void can_interrupts(const struct wb_input *input) {
         else if (wb_hal_fifo == CAN_RX_FIFO1 && HAL_CAN_RxFifo1MsgPendingCallback)
             HAL_CAN_RxFifo1MsgPendingCallback(can);
     }
+}
+
+/* --- what the board has beside them ------------------------------------------------------------------------------- */
+
+DWT_Type *wb_dwt(void) {
+    static DWT_Type dwt;
+    static uint32_t given, given_at, begun_at;
+    if (dwt.CYCCNT != given) /* the firmware has set it */
+        begun_at = given_at - dwt.CYCCNT;
+    wb_poll();
+    given_at = wb_share_of_time(SystemCoreClock / 1000);
+    dwt.CYCCNT = given = given_at - begun_at;
+    return &dwt;
+}
+
+uint32_t wb_dma_left(const DMA_HandleTypeDef *dma) {
+    wb_poll();
+    for (int wire = 0; wire < WB_UARTS; wire++)
+        if (wb_hal_uarts[wire] && wb_hal_uarts[wire]->hdmarx == dma)
+            return wb_hal_uarts[wire]->RxXferCount;
+    return 0;
+}
+
+uint32_t OPTIONAL HAL_ADC_GetValue(ADC_HandleTypeDef *adc) {
+    UNUSED(adc);
+    wb_note_once("HAL_ADC_GetValue gives 0 here; define it in wheelbench_port.c where your firmware wants a battery");
+    return 0;
+}
+
+static HAL_StatusTypeDef nobody_answers(uint8_t *to, uint16_t size) {
+    wb_note_once("SPI and I2C read 0 here, nobody is there; define the HAL's call in wheelbench_port.c to answer");
+    memset(to, 0, size);
+    return HAL_OK;
+}
+
+HAL_StatusTypeDef OPTIONAL HAL_SPI_Receive(SPI_HandleTypeDef *spi, uint8_t *to, uint16_t size, uint32_t timeout) {
+    UNUSED(spi);
+    UNUSED(timeout);
+    return nobody_answers(to, size);
+}
+
+HAL_StatusTypeDef OPTIONAL HAL_SPI_TransmitReceive(
+    SPI_HandleTypeDef *spi, const uint8_t *from, uint8_t *to, uint16_t size, uint32_t timeout) {
+    UNUSED(spi);
+    UNUSED(from);
+    UNUSED(timeout);
+    return nobody_answers(to, size);
+}
+
+HAL_StatusTypeDef OPTIONAL HAL_I2C_Master_Receive(
+    I2C_HandleTypeDef *i2c, uint16_t address, uint8_t *to, uint16_t size, uint32_t timeout) {
+    UNUSED(i2c);
+    UNUSED(address);
+    UNUSED(timeout);
+    return nobody_answers(to, size);
+}
+
+HAL_StatusTypeDef OPTIONAL HAL_I2C_Mem_Read(
+    I2C_HandleTypeDef *i2c, uint16_t address, uint16_t at, uint16_t at_size, uint8_t *to, uint16_t size, uint32_t timeout) {
+    UNUSED(i2c);
+    UNUSED(address);
+    UNUSED(at + at_size);
+    UNUSED(timeout);
+    return nobody_answers(to, size);
 }
 
 /* --- timers ------------------------------------------------------------------------------------------------------- */

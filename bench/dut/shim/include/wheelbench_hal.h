@@ -1,8 +1,8 @@
 /* As much of the STM32 HAL's interface as a wheel base's own files use: UARTs, CAN, timers, ticks, pins, clocks.
  *
  * UARTs and CAN are the bench's wires, where the project's TOML file names their handles. Timers call back every so
- * many milliseconds. Pins, clocks and NVIC calls compile, succeed and do nothing. Registers are not here: a file that
- * uses them belongs to the board, and wheelbench_port.c has the place for what it did.
+ * many milliseconds. Pins, clocks, NVIC and what wheelbench_board.h has compile, succeed and do nothing. Registers are
+ * not here: a file that uses them belongs to the board, and wheelbench_port.c has the place for what it did.
  *
  * Written from the interface's public documentation; nothing is copied from it. MIT licence.
  */
@@ -100,8 +100,15 @@ enum {
     FLASH_LATENCY_0 = 0, FLASH_LATENCY_1, FLASH_LATENCY_2, FLASH_LATENCY_3, FLASH_LATENCY_4, FLASH_LATENCY_5,
     PWR_REGULATOR_VOLTAGE_SCALE1 = 1, PWR_REGULATOR_VOLTAGE_SCALE2, PWR_REGULATOR_VOLTAGE_SCALE3
 };
-#define HAL_RCC_OscConfig(init) ((void)(init), HAL_OK)
-#define HAL_RCC_ClockConfig(init, latency) ((void)(init), HAL_OK)
+static inline HAL_StatusTypeDef HAL_RCC_OscConfig(const RCC_OscInitTypeDef *init) {
+    UNUSED(init);
+    return HAL_OK;
+}
+static inline HAL_StatusTypeDef HAL_RCC_ClockConfig(const RCC_ClkInitTypeDef *init, uint32_t latency) {
+    UNUSED(init);
+    UNUSED(latency);
+    return HAL_OK;
+}
 #define HAL_RCC_GetHCLKFreq() SystemCoreClock
 #define HAL_RCC_GetSysClockFreq() SystemCoreClock
 #define HAL_PWREx_EnableOverDrive() HAL_OK
@@ -170,8 +177,14 @@ typedef struct {
 } IWDG_HandleTypeDef;
 enum { IWDG_PRESCALER_4 = 0, IWDG_PRESCALER_8, IWDG_PRESCALER_16, IWDG_PRESCALER_32, IWDG_PRESCALER_64 };
 #define IWDG ((void *)0)
-#define HAL_IWDG_Init(handle) ((void)(handle), HAL_OK)
-#define HAL_IWDG_Refresh(handle) ((void)(handle), HAL_OK)
+static inline HAL_StatusTypeDef HAL_IWDG_Init(IWDG_HandleTypeDef *handle) {
+    UNUSED(handle);
+    return HAL_OK;
+}
+static inline HAL_StatusTypeDef HAL_IWDG_Refresh(IWDG_HandleTypeDef *handle) {
+    UNUSED(handle);
+    return HAL_OK;
+}
 
 /* --- UARTs -------------------------------------------------------------------------------------------------------- */
 
@@ -423,7 +436,11 @@ enum {
     TIM_COUNTERMODE_UP = 0, TIM_CLOCKDIVISION_DIV1 = 0, TIM_AUTORELOAD_PRELOAD_DISABLE = 0, TIM_AUTORELOAD_PRELOAD_ENABLE = 0x80,
     TIM_TRGO_RESET = 0, TIM_MASTERSLAVEMODE_DISABLE = 0
 };
-#define HAL_TIMEx_MasterConfigSynchronization(handle, config) ((void)(handle), (void)(config), HAL_OK)
+static inline HAL_StatusTypeDef HAL_TIMEx_MasterConfigSynchronization(TIM_HandleTypeDef *timer, const TIM_MasterConfigTypeDef *set) {
+    UNUSED(timer);
+    UNUSED(set);
+    return HAL_OK;
+}
 HAL_StatusTypeDef HAL_TIM_Base_Init(TIM_HandleTypeDef *timer);
 HAL_StatusTypeDef HAL_TIM_Base_Start_IT(TIM_HandleTypeDef *timer);
 HAL_StatusTypeDef HAL_TIM_Base_Stop_IT(TIM_HandleTypeDef *timer);
@@ -434,4 +451,6 @@ void HAL_TIM_PeriodElapsedCallback(TIM_HandleTypeDef *timer);
 #ifdef __cplusplus
 }
 #endif
+
+#include "wheelbench_board.h"
 #endif
