@@ -23,7 +23,7 @@ from bench.check.recording import Recorder
 from bench.check.run import Run
 from bench.errors import EXIT_FAILED, EXIT_OK
 from bench.io.clock import Pacer, WallPacer, now_ns
-from bench.io.process_link import ProcessLink
+from bench.io.process.link import ProcessLink
 from bench.screen.ink import Inks
 from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard

@@ -16,20 +16,13 @@ ONLY_IN = {
     "textual": ("tui.py", "screen/"),
     "rich": ("tui.py", "screen/"),
     "pymunk": ("plant.py",),
-    "serial": ("io/ports.py", "io/serial_device.py", "io/surroundings.py"),
-    "can": ("io/ports.py", "io/bus_port.py", "cli/canlog.py"),
+    "serial": ("io/ports.py", "io/kinds/serial_device.py", "io/surroundings.py"),
+    "can": ("io/ports.py", "io/kinds/bus_port.py", "cli/canlog.py"),
     "time": ("io/clock.py",),
     "datetime": (),
     "random": ("check/faulty/",),  # a seeded generator for each fault
     "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
-    "signal": (
-        "cli/headless.py",
-        "tui.py",
-        "io/forked.py",
-        "io/process_link.py",
-        "io/errand.py",
-        "check/crowd.py",
-    ),
+    "signal": ("cli/headless.py", "tui.py", "io/forked.py", "check/crowd.py"),
     "asyncio": ("screen/web.py",),  # whose turn it is, among pages; nothing of the bench
     "aiohttp": ("screen/web.py",),
     "textual_serve": ("screen/web.py",),

@@ -2,9 +2,9 @@
 
 import pytest
 
-from bench.io import process_pace
-from bench.io.process_pace import ChildsPacer, Lead
-from bench.io.process_wire import Beat, Inputs, Notice, State, Stop, wire_pair
+from bench.io.process import pace
+from bench.io.process.pace import ChildsPacer, Lead
+from bench.io.process.wire import Beat, Inputs, Notice, State, Stop, wire_pair
 from bench.messages import TickInput
 
 MS = 1_000_000
@@ -57,7 +57,7 @@ def clock(monkeypatch):
     class Clock:
         now_ns = 1000 * MS
 
-    monkeypatch.setattr(process_pace, "now_ns", lambda: Clock.now_ns)
+    monkeypatch.setattr(pace, "now_ns", lambda: Clock.now_ns)
     return Clock
 
 

@@ -21,13 +21,13 @@ from bench.config import load_robot
 from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
 from bench.io.clock import wait_ns
-from bench.io.crossed import crossed
 from bench.io.emulated.devices import CoreOnLine, EscsOnBus, FirmwareOnPorts
 from bench.io.emulated.slcan import SlcanOnLine
+from bench.io.kinds.crossed import crossed
 from bench.io.limiter import Limiter
-from bench.io.process_child import Prepared
-from bench.io.process_link import ProcessLink
-from bench.io.process_wire import Beat
+from bench.io.process.child import Prepared
+from bench.io.process.link import ProcessLink
+from bench.io.process.wire import Beat
 from bench.io.rig import OutBus
 from bench.io.roles import take_role
 from bench.io.serial_port import open_serial

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
 from bench.io.clock import now_ns, wait_ns
-from bench.io.crossed import crossed
 from bench.io.emulated.slcan import SlcanAdapter, SlcanOnLine
+from bench.io.kinds.crossed import crossed
 from bench.io.serial_port import open_serial
 from bench.io.slcan import SlcanReader, encode, opening
 

@@ -22,9 +22,9 @@ from bench.errors import SurroundingsError
 from bench.io import surroundings
 from bench.io.can_port import open_can
 from bench.io.clock import wait_ns
-from bench.io.crossed import crossed
 from bench.io.emulated.devices import EscsOnBus
 from bench.io.emulated.slcan import SlcanOnLine
+from bench.io.kinds.crossed import crossed
 from bench.io.serial_port import open_serial
 from bench.m2006 import decode_feedback, encode_command
 

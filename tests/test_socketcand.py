@@ -8,9 +8,9 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from bench.errors import SurroundingsError, UsageError
-from bench.io import bus_port
 from bench.io.can_port import open_can
 from bench.io.clock import wait_ns
+from bench.io.kinds import bus_port
 
 DEADLINE_S = 15.0
 PYTHON_CAN_S = 10.0

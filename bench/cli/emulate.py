@@ -141,9 +141,9 @@ def _escs(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
 def _slcan(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.config import load_robot
     from bench.io.can_port import open_can
-    from bench.io.crossed import crossed
     from bench.io.emulated.devices import EscsOnBus
     from bench.io.emulated.slcan import SlcanOnLine
+    from bench.io.kinds.crossed import crossed
     from bench.io.serial_port import open_serial
 
     _refuse_sim(args.address)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bench.check.run import Run
-    from bench.io.process_child import Prepared
-    from bench.io.process_link import ProcessLink
+    from bench.io.process.child import Prepared
+    from bench.io.process.link import ProcessLink
 
 ROLE_HELP = "which part is real: sim (none), base (a firmware), core (a SLAMWARE core), motors"
 ARM_HELP = "with --role motors: they may move"
@@ -30,7 +30,7 @@ def run_on_ports(args: argparse.Namespace, job: Run) -> int:
     """Run a job's inputs against real ports, in real time; print what happened."""
     from bench.cli.headless import asked_to_stop
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
-    from bench.io.process_link import ProcessLink
+    from bench.io.process.link import ProcessLink
 
     if args.golden is not None:
         raise UsageError("--golden: goes with the role sim; what is real is judged by a scenario's expectations")
@@ -92,7 +92,7 @@ def run_on_ports(args: argparse.Namespace, job: Run) -> int:
 def driven_link(args: argparse.Namespace, job: Run) -> ProcessLink:
     """For a dashboard: the loop of a job whose inputs a person makes. Says where the ports are, and waits for them."""
     from bench.cli.headless import asked_to_stop
-    from bench.io.process_link import ProcessLink
+    from bench.io.process.link import ProcessLink
 
     link = ProcessLink(
         job.bench, job.inputs, lambda: prepared(args, job), operator=True, rescue=lambda: stop_motors(args, job)
@@ -139,7 +139,7 @@ def wait_a_moment() -> None:
 def prepared(args: argparse.Namespace, job: Run) -> Prepared:
     """In the loop's own process: ports, recorder, and who follows the run."""
     from bench.check.summary import Summary
-    from bench.io.process_child import Prepared
+    from bench.io.process.child import Prepared
     from bench.io.roles import take_role
 
     # Late ticks bunch what came evenly; the recording of such a run can be checked afterwards (`wheelbench check`).

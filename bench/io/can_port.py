@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from bench.io.address import CAN_BITRATE, CanAddress, can_address
-from bench.io.bus_port import BusPort
+from bench.io.kinds.bus_port import BusPort
+from bench.io.kinds.slcan_port import ADAPTER_LINE, SlcanPort
 from bench.io.serial_port import open_serial
-from bench.io.slcan_port import ADAPTER_LINE, SlcanPort
 from bench.messages import CanFrame
 
 

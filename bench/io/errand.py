@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 from collections.abc import Callable
-from contextlib import suppress
 from typing import TypeAlias
 
 from bench.errors import BenchError
-from bench.io.forked import fork, leave_the_terminal
+from bench.io.forked import end_at_once, fork, leave_the_terminal
 
 Tell: TypeAlias = Callable[[float], None]
 """Called with the share that is done; raises BrokenPipeError where nobody wants the rest."""
@@ -70,8 +68,7 @@ class Errand:
     def give_up(self) -> None:
         """End it at once, wherever it is."""
         if self._child:
-            with suppress(ProcessLookupError):
-                os.kill(self._child, signal.SIGKILL)
+            end_at_once(self._child)
             self._reap()
 
     def _take(self, told: dict[str, object]) -> None:

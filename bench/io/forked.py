@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import warnings
+from contextlib import suppress
 
 
 def fork() -> int:
@@ -20,3 +21,9 @@ def leave_the_terminal() -> None:
     for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def end_at_once(child: int) -> None:
+    """In the parent: wherever it is. It is still to be waited for; one that has ended already is as good."""
+    with suppress(ProcessLookupError):
+        os.kill(child, signal.SIGKILL)

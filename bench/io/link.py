@@ -1,7 +1,7 @@
 """How a screen follows a bench. InlineLink runs the ticks that are due inside the caller's own timer.
 
 What a screen needs of a link: `advance` from its timer, `latest` and `wires` to draw, `pause`, `run`, `close`. A bench
-on real ports lives in a process of its own behind the same names (`process_link`); the screen sees no difference.
+on real ports lives in a process of its own behind the same names (`process`); the screen sees no difference.
 
 A link that has a history can look back: `see` shows another instant of the run, `fork` goes on from it.
 """

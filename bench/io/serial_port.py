@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import Protocol
 
 from bench.io.address import SerialAddress, serial_address
-from bench.io.pty_port import PtyPort
-from bench.io.serial_device import DevicePort
-from bench.io.tcp_port import ListenPort, SocketPort
+from bench.io.kinds.pty_port import PtyPort
+from bench.io.kinds.serial_device import DevicePort
+from bench.io.kinds.tcp_port import ListenPort, SocketPort
 from bench.rc.line import Settings
 
 EIGHT_N_ONE = Settings(115_200)

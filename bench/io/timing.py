@@ -18,8 +18,8 @@ from bench.config import Robot
 from bench.errors import SurroundingsError
 from bench.io.clock import wait_ns
 from bench.io.lateness import Lateness
-from bench.io.process_child import Prepared
-from bench.io.process_link import ProcessLink
+from bench.io.process.child import Prepared
+from bench.io.process.link import ProcessLink
 from bench.io.punctual import PRIORITY, REAL_TIME
 from bench.loop import simulated
 from bench.messages import TickInput

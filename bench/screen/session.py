@@ -12,7 +12,7 @@ from bench.arena import FIELD
 from bench.check.run import Run
 from bench.check.summary import Summary
 from bench.io.link import InlineLink
-from bench.io.process_link import ProcessLink
+from bench.io.process.link import ProcessLink
 from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp

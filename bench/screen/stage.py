@@ -12,7 +12,7 @@ from bench.check.summary import Summary
 from bench.config import Robot
 from bench.io.clock import Pacer
 from bench.io.link import InlineLink, Taker
-from bench.io.process_link import ProcessLink
+from bench.io.process.link import ProcessLink
 from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
 from bench.screen.wire_lamps import WireLamps

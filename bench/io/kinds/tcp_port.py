@@ -6,7 +6,7 @@ import errno
 import socket
 
 from bench.errors import SurroundingsError
-from bench.io.serial_line import SerialLine
+from bench.io.kinds.serial_line import SerialLine
 
 CONNECT_S, RECONNECT_S = 2.0, 0.05
 """Coming back must not hold up a loop for long."""

@@ -8,7 +8,7 @@ import tty
 from contextlib import suppress
 
 from bench.errors import SurroundingsError
-from bench.io.serial_line import BLOCK_BYTES, SerialLine
+from bench.io.kinds.serial_line import BLOCK_BYTES, SerialLine
 
 
 class PtyPort(SerialLine):

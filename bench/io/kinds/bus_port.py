@@ -11,10 +11,10 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from bench.errors import SurroundingsError, UsageError
-from bench.io import socketcand
 from bench.io.address import CAN_BITRATE, CanAddress
+from bench.io.kinds import socketcand
+from bench.io.kinds.tcp_port import CONNECT_S, RECONNECT_S
 from bench.io.revival import Revivable
-from bench.io.tcp_port import CONNECT_S, RECONNECT_S
 from bench.messages import CanFrame
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.io.clock import TICK_NS, WallPacer, now_ns
-from bench.io.process_wire import State
+from bench.io.process.wire import State
 
 LEAD_TICKS, MOST_LEAD_TICKS = 80, 250
 """How far ahead an operator's inputs are made: a frame of 20 Hz and a hiccup; more where frames take longer."""

@@ -15,9 +15,9 @@ from bench.errors import BenchError
 from bench.io.clock import TICK_NS, FreePacer, Metronome, now_ns, wait_ns
 from bench.io.forked import fork, leave_the_terminal
 from bench.io.link import BenchStopped, InlineLink, Taker
-from bench.io.process_wire import End, Inputs, Notice, PortNote, Ready, State, Stop, Wire, wire_pair
+from bench.io.process.realtime import run_in_real_time
+from bench.io.process.wire import End, Inputs, Notice, PortNote, Ready, State, Stop, Wire, wire_pair
 from bench.io.punctual import REAL_TIME, be_punctual
-from bench.io.realtime import run_in_real_time
 from bench.io.rig import Rig
 from bench.loop import Bench
 from bench.messages import TickInput, TickOutput

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from bench.errors import SurroundingsError
-from bench.io.serial_line import SerialLine
+from bench.io.kinds.serial_line import SerialLine
 from bench.rc.line import Settings
 
 _TCGETS2 = 0x802C542A

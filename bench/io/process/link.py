@@ -1,27 +1,26 @@
 """The parent's link to a real-time loop in a process of its own, behind the names of InlineLink.
 
-What is said between the two is in `process_wire`, the child in `process_child`. An operator's inputs are made here at
-20 Hz for the ticks to come (`process_pace`): where the parent falls silent no RC frame leaves any more, as if switched
-off.
+An operator's inputs are made here at 20 Hz for the ticks to come (`pace`): where the parent falls silent no RC frame
+leaves any more, as if switched off.
 """
 
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable
 
 from bench.check.faulty import Touch
 from bench.errors import BenchError, SurroundingsError
 from bench.io.clock import TICK_NS, now_ns, wait_ns
 from bench.io.follower import Followed, Follower
+from bench.io.forked import end_at_once
 from bench.io.history import History
 from bench.io.lateness import Lateness
 from bench.io.link import LostInstant, Taker
 from bench.io.look import Look, Seen
-from bench.io.process_child import Prepared, Task, start
-from bench.io.process_pace import ChildsPacer, Lead
-from bench.io.process_wire import Beat, End, Inputs, Notice, PortNote, Ready, State, Stop, Word
+from bench.io.process.child import Prepared, Task, start
+from bench.io.process.pace import ChildsPacer, Lead
+from bench.io.process.wire import Beat, End, Inputs, Notice, PortNote, Ready, State, Stop, Word
 from bench.io.tap import Tap
 from bench.loop import Bench
 from bench.messages import Snapshot, TickInput
@@ -255,7 +254,7 @@ class ProcessLink(Followed):
         child, self._child = self._child, 0
         if child:
             if kill:
-                os.kill(child, signal.SIGKILL)
+                end_at_once(child)
             os.waitpid(child, 0)
             self._wire.close()
             if kill or self._wire.is_cut:  # it never said that it had come to an end
