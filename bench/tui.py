@@ -162,7 +162,7 @@ class Dashboard(App[None], inherit_bindings=False):
             self.action_suspend_process()
             return
         age_ms = self._age_ms(at_s)
-        if key in MOTION and age_ms > STALL_MS:
+        if key in MOTION and age_ms > STALL_MS and not self.session.stands:
             self.session.too_late(age_ms)
         else:
             self.session.key(key)

@@ -303,3 +303,18 @@ def test_a_title_has_its_pages_whatever_is_being_done():
     row = screen(busy).splitlines()[0]
     assert "● REC m2006-001  SAVING 39 %  [1] 2  3  4 " in row
     assert "BACK 0.200 s" in row
+
+
+@pytest.mark.parametrize("link", ["live", "hold", "lost", "neutral", "never seen", "degraded"])
+@pytest.mark.parametrize("armed", [True, False])
+def test_the_sticks_are_never_cut_on_the_line_of_every_page(link, armed):
+    old = None if link == "never seen" else 99_999
+    row = screen(
+        scene(
+            shown=Shown("scope"), link=link, link_age_ms=old, armed=armed, why_disarmed="link lost: " + "why " * 20,
+            sticks=(-1.0, 1.0, -1.0),
+        )
+    ).splitlines()[1]  # fmt: skip
+    assert row.endswith("sticks -100 +100 -100 %")
+    assert (" link live" if link == "live" else f"  {link.upper()} ") in row
+    assert "…" in row or armed

@@ -805,3 +805,17 @@ def test_the_place_is_that_of_the_xdg_specification(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CONFIG_HOME", "relative")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     assert settings_path() == tmp_path / "home" / ".config" / "wheelbench" / "settings.toml"
+
+
+def test_a_late_arrow_moves_no_robot_and_still_goes_back_in_time(monkeypatch):
+    """What is built again may take longer than a key that drives may be late."""
+
+    async def steps(app, pilot):
+        session = app.session
+        monkeypatch.setattr(app, "_age_ms", lambda _: 900)
+        await pilot.press("left")
+        assert "not heard: 900 ms late" in words(session)
+        await pilot.press("p", "left")
+        assert session.link.newest_tick - session.link.now_tick == 100
+
+    piloted(drive(a_session(), "w"), steps)

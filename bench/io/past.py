@@ -19,10 +19,10 @@ from bench.io.wires.counts import KEPT_EVERY, MARK_TICKS, MARKS
 from bench.io.wires.wiretap import Wiretap
 from bench.messages import TickOutput
 
-PART_TICKS = 500
+PART_TICKS = 250
 PARTS_AT_ONCE = 2
-"""So many are built in one look: some 50 ms where a tick takes 25 us, twice that where it is verified first."""
-MOST_PARTS = 48
+"""So many are built in one look: some 15 ms where a tick takes 25 us, 40 where their stretch is verified first."""
+MOST_PARTS = 96
 LEAD_TICKS = 400
 """So long before the first tick that counts decoders are fed, and signals sampled: both begin without a past."""
 MOST_BEFORE_TICKS = 3000

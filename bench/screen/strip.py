@@ -6,7 +6,6 @@ from bench.link import LIVE
 from bench.screen.scene import Scene
 from bench.screen.text import (
     BAD_BADGE,
-    ELLIPSIS,
     GOOD,
     GOOD_BADGE,
     LABEL,
@@ -17,9 +16,11 @@ from bench.screen.text import (
     age,
     fit,
     signed,
+    width_of,
 )
 
-WHO_WIDTH = 27
+LEFT_WIDTH = 37
+"""Where the link stands on every screen that is wide enough."""
 _DRIVERS = {"rc": "the sticks drive", "core": "the core drives"}
 
 
@@ -28,18 +29,11 @@ def strip(scene: Scene, width: int, height: int) -> list[Line]:
     snapshot = scene.snapshot
     badge = (" ARMED ", GOOD_BADGE) if snapshot.armed else (" DISARMED ", WARN_BADGE)
     who = _DRIVERS.get(snapshot.driver, "nobody drives") if snapshot.armed else snapshot.why_disarmed
-    if len(who) > WHO_WIDTH:
-        who = who[: WHO_WIDTH - 1] + ELLIPSIS
     lost = snapshot.link != LIVE
     link = (f" {snapshot.link.upper()} ", BAD_BADGE) if lost else (snapshot.link, GOOD)
-    old = f" {age(snapshot.link_age_ms)}" if snapshot.link_age_ms is not None else ""
+    old = f" {age(snapshot.link_age_ms):8}" if snapshot.link_age_ms is not None else ""
     sticks = " ".join(signed(100.0 * stick, 4, 0) for stick in snapshot.sticks)
-    line: Line = [
-        (" ", PLAIN),
-        badge,
-        (f" {who:{WHO_WIDTH}} ", PLAIN if snapshot.armed else WARN),
-        ("link ", LABEL),
-        link,
-    ]
-    line += [(f"{old:9}", PLAIN), (" sticks ", LABEL), (f"{sticks} %", PLAIN)]
-    return [fit(line, width)]
+    left: Line = [(" ", PLAIN), badge, (f" {who}", PLAIN if snapshot.armed else WARN)]
+    right: Line = [("link ", LABEL), link, (old, PLAIN), (" sticks ", LABEL), (f"{sticks} %", PLAIN)]
+    # Who drives gives way: the sticks are never cut.
+    return [fit([*fit(left, min(LEFT_WIDTH, width - width_of(right)) - 1), (" ", PLAIN), *right], width)]
