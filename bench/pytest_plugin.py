@@ -324,8 +324,8 @@ def _run_scenario(
     from bench.base import Base
     from bench.check.driven import replay_command, wire_lines
     from bench.check.reading import Recording, as_outputs
-    from bench.check.run import run_of
     from bench.check.scenario import load_scenario
+    from bench.check.sources import run_of
     from bench.check.suite import run_to_end
 
     scenario = load_scenario(path)

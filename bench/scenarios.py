@@ -23,8 +23,9 @@ from typing import Any
 from bench.check.controllers import Build
 from bench.check.crowd import Tell, each
 from bench.check.expectations import Verdict
-from bench.check.run import Run, run_of
+from bench.check.run import Run
 from bench.check.scenario import scenario_of
+from bench.check.sources import run_of
 from bench.check.suite import Result, run_to_end
 from bench.config import Robot, load_robot
 from bench.errors import BenchError, UsageError

@@ -20,7 +20,8 @@ from arguments import end_with, parser
 
 from bench.check.reading import Recording
 from bench.check.recording import RunInfo
-from bench.check.run import Run, from_scenario
+from bench.check.run import Run
+from bench.check.sources import from_scenario
 from bench.config import load_robot
 from bench.demo import SCENARIO, golden_directory
 from bench.io.clock import FreePacer

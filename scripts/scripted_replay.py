@@ -14,7 +14,7 @@ from pathlib import Path
 from bench.check.compare import compare
 from bench.check.reading import Recording
 from bench.check.recording import Recorder, RunInfo
-from bench.check.run import from_recording
+from bench.check.sources import from_recording
 from bench.errors import BenchError
 from bench.loop import simulated
 from bench.messages import TickInput

@@ -49,7 +49,7 @@ Contestant = Callable[[], float]
 
 def bench_contestant(held: ExitStack) -> Contestant:
     """The whole loop, recorded, where the demo drives by sticks."""
-    from bench.check.run import from_scenario
+    from bench.check.sources import from_scenario
     from bench.demo import SCENARIO
 
     job = from_scenario(SCENARIO)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from bench.__main__ import main
 from bench.arena import FIELD, Arena, Disc, Obstacle, Patch, Wall, arena_toml, load_arena, read_arena
-from bench.check.run import from_source
+from bench.check.sources import from_source
 from bench.config import ConfigError, Table
 from bench.errors import UsageError
 from bench.fittings import Bumper, RangeSensor

@@ -11,7 +11,7 @@ import can
 import pytest
 
 from bench import rc_decode
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.config import robot_names
 from bench.demo import SCENARIO
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from bench.check.run import from_capture
+from bench.check.sources import from_capture
 from bench.m2006 import decode_command
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 from rig import Rig
 
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.config import load_robot
 from bench.demo import SCENARIO
 from bench.loop import Bench, simulated

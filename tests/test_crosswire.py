@@ -18,7 +18,7 @@ from bench.check.crosswire.counts import Counts
 from bench.check.crosswire.recorded import outcomes_of
 from bench.check.crosswire.settings import AnswersCheck
 from bench.check.reading import Recording
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.check.subjects import integrator_wind_up, wheel_swap
 from bench.config import ConfigError, load_robot, robot_names
 from bench.loop import Bench, simulated

@@ -11,8 +11,8 @@ from bench.__main__ import main
 from bench.check.expectations import FAILED, PASSED, VACUOUS, Expectation, Judge, read_expectation
 from bench.check.expression import condition, signals_in
 from bench.check.reading import Recording, as_outputs
-from bench.check.run import from_scenario
 from bench.check.signals import names
+from bench.check.sources import from_scenario
 from bench.config import ConfigError, Table, load_robot
 from bench.demo import SCENARIO
 

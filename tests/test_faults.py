@@ -13,7 +13,7 @@ from bench.__main__ import main
 from bench.check.faults import BUS, Fault
 from bench.check.faulty import FaultyWorld, Injector
 from bench.check.reading import Recording
-from bench.check.run import from_source
+from bench.check.sources import from_source
 from bench.cli.headless import execute
 from bench.config import load_robot
 from bench.loop import simulated

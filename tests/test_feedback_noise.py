@@ -7,7 +7,7 @@ import pytest
 
 from bench.__main__ import main
 from bench.check.reading import Recording
-from bench.check.run import from_source
+from bench.check.sources import from_source
 from bench.config import ConfigError
 from bench.loop import simulated
 from bench.noise import COUNTS, Noise, NoisyFeedback

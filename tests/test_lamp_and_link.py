@@ -8,7 +8,7 @@ from desk import M2006, Granted, a_job
 from bench.check.golden import pin, verdict
 from bench.check.reading import Recording
 from bench.check.recording import RecordingError
-from bench.check.run import from_recording
+from bench.check.sources import from_recording
 from bench.errors import EXIT_FAILED
 from bench.io.clock import FreePacer
 from bench.io.link import BenchStopped, InlineLink

@@ -13,7 +13,7 @@ from rig import Rig
 from bench.base import Base
 from bench.check.reading import Recording
 from bench.check.recording import Recorder, RunInfo
-from bench.check.run import from_recording
+from bench.check.sources import from_recording
 from bench.config import Gyro, Wheel, load_robot, robot_names
 from bench.errors import UsageError
 from bench.instruments import EmulatedGyro, GyroBus, NormalNumbers, PassiveWheels

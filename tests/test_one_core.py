@@ -8,7 +8,7 @@ import pytest
 from compilers import needs_compiler
 
 from bench.check.controllers import at_full_speed
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.demo import SCENARIO
 from bench.dut.firmware import firmware_of
 from bench.dut.one_core import REVIEW_TICKS

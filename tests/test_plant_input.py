@@ -5,7 +5,7 @@ import math
 import pytest
 from bases import m2006
 
-from bench.check.run import from_source
+from bench.check.sources import from_source
 from bench.check.summary import Summary
 from bench.config import ROBOTS_DIR, ConfigError, load_robot, robot_names
 from bench.plant import Plant

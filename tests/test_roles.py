@@ -16,7 +16,7 @@ import pytest
 import serial
 
 from bench.check.reading import Recording
-from bench.check.run import from_source
+from bench.check.sources import from_source
 from bench.config import load_robot
 from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.check.expectations import FAILED, HOLDS, NOT_YET, PASSED, UNTESTED, VACUOUS, Expectation, Judge
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.config import load_robot
 from bench.loop import simulated
 from bench.messages import TickOutput

@@ -10,7 +10,7 @@ from textual import events
 
 from bench.check.reading import Recording
 from bench.check.recording import RecordingError
-from bench.check.run import from_recording, from_scenario
+from bench.check.sources import from_recording, from_scenario
 from bench.check.summary import Summary
 from bench.config import load_robot
 from bench.demo import SCENARIO

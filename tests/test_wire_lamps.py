@@ -5,7 +5,7 @@ from desk import M2006, Granted, a_job, frame, pass_ticks, piloted
 
 from bench.check.conduct import conduct
 from bench.check.crosswire import Finding, Outcome
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.screen import wire_lamps
 from bench.screen.session import Session
 from bench.screen.stage import to_drive, to_show

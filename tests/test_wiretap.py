@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from bench import rc_decode
 from bench.canbus.bits import wire_bits
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.config import load_robot
 from bench.demo import SCENARIO
 from bench.io.look import Look

@@ -15,7 +15,7 @@ from bench.check.compare import compare
 from bench.check.golden import pin
 from bench.check.reading import Recording, as_outputs
 from bench.check.recording import RecordingError
-from bench.check.run import from_recording, from_scenario
+from bench.check.sources import from_recording, from_scenario
 from bench.config import load_robot
 from bench.io.history import mark_of
 from bench.screen.dialog import Dialog, Item, fits

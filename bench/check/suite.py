@@ -17,7 +17,8 @@ from bench.check.crowd import Stopped, Tell, Watch, each
 from bench.check.expectations import Verdict
 from bench.check.faulty import Touch
 from bench.check.recording import Recorder
-from bench.check.run import Run, from_scenario
+from bench.check.run import Run
+from bench.check.sources import from_scenario
 from bench.errors import BenchError
 from bench.messages import TickOutput
 

@@ -25,7 +25,7 @@ def run(args: argparse.Namespace) -> int:
     headless = args.headless or args.json or args.update_pinned
     if not headless and has_terminal():
         from bench.check.reading import Recording
-        from bench.check.run import from_scenario
+        from bench.check.sources import from_scenario
         from bench.demo import SCENARIO, golden_directory
         from bench.tui import show
 
@@ -39,7 +39,7 @@ def _headless(args: argparse.Namespace) -> int:
     from bench.check.conduct import shortcomings
     from bench.check.golden import told
     from bench.check.reading import Recording
-    from bench.check.run import from_scenario
+    from bench.check.sources import from_scenario
     from bench.cli.check import pin_and_tell
     from bench.cli.headless import execute
     from bench.demo import SCENARIO, golden_directory

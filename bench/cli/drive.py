@@ -79,7 +79,8 @@ def run(args: argparse.Namespace) -> int:
         raise SurroundingsError(
             "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
         )
-    from bench.check.run import Run, from_recording
+    from bench.check.run import Run
+    from bench.check.sources import from_recording
     from bench.screen.settings import SettingsFile, settings_path
 
     settings = SettingsFile(settings_path())

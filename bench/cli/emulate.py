@@ -275,8 +275,8 @@ def _usual_profile(protocol: str) -> Profile:
 
 def _frames(source: Path | None, profile: Profile) -> dict[int, bytes]:
     """The bytes of each tick that has any, in the profile's protocol."""
-    from bench.check.run import robot_of
     from bench.check.scenario import load_scenario
+    from bench.check.sources import robot_of
     from bench.errors import UsageError
     from bench.rc.capture import by_tick, load_capture
     from bench.rc.retransmit import retransmitted

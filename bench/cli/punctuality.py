@@ -121,7 +121,7 @@ def _dashboard_beside() -> Iterator[None]:
 
 def show_demo_to_nobody() -> None:
     """The dashboard's loop without a terminal; ends when it is killed."""
-    from bench.check.run import from_source
+    from bench.check.sources import from_source
     from bench.demo import SCENARIO
     from bench.io.clock import WallPacer
     from bench.io.link import InlineLink

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     from bench.check.firmware_log import death
     from bench.check.golden import Told, told
     from bench.check.reading import Recording
-    from bench.check.run import from_source
+    from bench.check.sources import from_source
     from bench.cli.headless import execute
     from bench.cli.many import sources_of, suite_of
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from bench.arena import Arena, load_arena
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.config import ConfigError, Robot, load_robot, read_toml, robot_names
 from bench.demo import SCENARIO
 from bench.io.clock import Pacer

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from statistics import mean, median
 
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.cli.headless import execute
 from bench.demo import SCENARIO
 from benchmarks.empty_call import beside, told_for_reference

@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import median
 
 from bench.check.recording import BLOCK_TICKS
-from bench.check.run import from_scenario
+from bench.check.sources import from_scenario
 from bench.demo import SCENARIO
 from benchmarks.table import Row, Sample, row_at_least
 from benchmarks.timing import side_by_side
