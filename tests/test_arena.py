@@ -54,7 +54,11 @@ def test_an_arena_comes_back_from_its_file_as_it_was(tmp_path):
     assert load_arena(path) == Arena(name="course")
 
 
-@given(st.text(st.characters(exclude_categories=["Cs"])), st.decimals(-360, 360, places=2), st.floats(-1e3, 1e3))
+@given(
+    st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"])),
+    st.decimals(-360, 360, places=2),
+    st.floats(-1e3, 1e3),
+)
 def test_any_name_and_any_start_come_back_to_the_last_bit(name, heading_deg, x_m):
     arena = Arena(name=name, start=Pose(x_m, 0.0, math.radians(float(heading_deg))))
     read = Table(Path("any"), "", tomllib.loads(arena_toml(arena)))

@@ -404,6 +404,7 @@ def edited_robot(tmp_path, old, new):
         ("can_id = 3", "can_id = 2", "wheel.can_id: 2 is given to more than one wheel"),
         ("current_a = 0.6", f"current_a = {'9' * 400}", "limits.current_a: expected a finite number, got inf"),
         ("current_a = 0.6", f"current_a = {'9' * 5000}", "is not valid TOML: Exceeds the limit (4300 digits)"),
+        ('name = "m2006"', 'name = "m\\n2006"', "name: expected one line without control characters, got 'm\\n2006'"),
         ("can_id = 3", "can_id = 9", "wheel[2].can_id: expected 1 to 8"),
         ("direction = -1", "direction = 2", "wheel[0].direction: expected 1 or -1"),
         ("current_a = 0.6", "current_a = 60", "limits.current_a"),

@@ -89,6 +89,14 @@ def test_junit_has_a_case_for_each_expectation_fault_and_check(files, tmp_path):
     assert suites.find(".//failure").get("message") == "moves & how: failed at 0.000 s, by 2"
 
 
+def test_junit_of_an_error_with_terminal_colours_is_xml(tmp_path, capsys):
+    scenario, report = tmp_path / "red.toml", tmp_path / "junit.xml"
+    (tmp_path / "red.py").write_text("def base(robot):\n    raise ValueError('\\x1b[31mno\\x1b[0m')\n")
+    scenario.write_text('name = "red"\nseconds = 0.1\ncontroller = "red.py:base"\n')
+    assert main(["replay", str(scenario), "--junit", str(report)]) == 1
+    assert "\ufffd[31mno\ufffd[0m" in Xml.parse(report).getroot().find(".//failure").get("message")
+
+
 def test_the_page_needs_nothing_else_and_shows_what_was_violated(files, tmp_path):
     page = tmp_path / "page.html"
     main(["replay", *files, "--jobs", "1", "--html", str(page)])

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from xml.etree import ElementTree as Xml
 
 from bench.check.crosswire.settings import OFF
 from bench.check.suite import Result
+
+_NOT_IN_XML = re.compile(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Controllers say what they like, colours of a terminal too; a CI server reads no report with such a character."""
 
 
 def junit_xml(results: Sequence[Result]) -> str:
@@ -30,4 +34,5 @@ def junit_xml(results: Sequence[Result]) -> str:
             if why:
                 Xml.SubElement(case, "failure", message=why)
     Xml.indent(suites)
-    return '<?xml version="1.0" encoding="utf-8"?>\n' + Xml.tostring(suites, encoding="unicode") + "\n"
+    text = _NOT_IN_XML.sub("\ufffd", Xml.tostring(suites, encoding="unicode"))
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import errno
 import math
+import re
 import stat
 import tomllib
 from collections.abc import Mapping
@@ -53,6 +54,8 @@ def nearest(word: str, choices: list[str]) -> str:
 
 
 _T = TypeVar("_T")
+_NOT_IN_A_LINE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029]")
+"""Names stand in lines of logs, tables and terminals."""
 _KIND_NAMES = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "a list"}
 
 
@@ -113,6 +116,8 @@ class Table:
             raise self.fail(name, f"expected {_KIND_NAMES[kind]}, got {value!r}")
         if isinstance(value, float) and not math.isfinite(value):
             raise self.fail(name, f"expected a finite number, got {value}")
+        if name == "name" and isinstance(value, str) and _NOT_IN_A_LINE.search(value):
+            raise self.fail(name, f"expected one line without control characters, got {value!r}")
         return value
 
     def ticks(self, name: str, default: Any = MISSING, *, least: int = 0) -> Any:
