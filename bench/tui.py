@@ -2,42 +2,42 @@
 
 What a key does is in `screen/session.py` and `screen/keyboard.py`, what is shown in `screen/view.py`, how time passes
 in `io/`. Here is only what needs Textual.
+
+What needs the bench is imported late: the screen opens first, with every pane where it will stand.
 """
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterable
 from types import FrameType
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from textual import constants, events
 from textual.app import App, ComposeResult
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
-from textual.drivers.web_driver import WebDriver
 
-from bench.check.reading import Recording
-from bench.check.recording import Recorder
-from bench.check.run import Run
 from bench.errors import EXIT_FAILED, EXIT_OK
-from bench.io.clock import Pacer, WallPacer, now_ns
-from bench.io.process.link import ProcessLink
+from bench.io.clock import now_ns
 from bench.screen.ink import Inks
-from bench.screen.key_sticks import MOTION
-from bench.screen.keyboard import Keyboard
-from bench.screen.layout import Place
-from bench.screen.mouse_sticks import pad_of
-from bench.screen.page import Page
+from bench.screen.layout import OVER, PANELS, Place
+from bench.screen.motion import MOTION
+from bench.screen.opening import Opening
 from bench.screen.panel import BACKGROUND, FOREGROUND, Panel, inks_of
-from bench.screen.session import Session
-from bench.screen.settings import SettingsFile
-from bench.screen.stage import Stage, to_drive, to_show
-from bench.screen.tape import Tape
 from bench.screen.terminal import BACKLOG, CursorReported, KeyReleased, KittyReported, Terminal, TerminalGone
 from bench.screen.terminal_watch import STALL_MS
-from bench.screen.view import OVER, PANELS, draw, places
+
+if TYPE_CHECKING:
+    from bench.check.reading import Recording
+    from bench.check.recording import Recorder
+    from bench.check.run import Run
+    from bench.io.clock import Pacer
+    from bench.io.process.link import ProcessLink
+    from bench.screen.keyboard import Keyboard
+    from bench.screen.session import Session
+    from bench.screen.settings import SettingsFile
 
 FRAMES_PER_S = 20
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -57,9 +57,21 @@ class Dashboard(App[None], inherit_bindings=False):
     ALLOW_SELECT = False
     CSS = f"Screen {{ background: {BACKGROUND}; color: {FOREGROUND}; overflow: hidden; }}"
 
-    def __init__(self, session: Session) -> None:
+    def __init__(
+        self,
+        session: Session | None = None,
+        prepare: Callable[[], Session] | None = None,
+        opening: Opening | None = None,
+    ) -> None:
+        """A session that is there, or one that `prepare` makes while the `opening` picture stands."""
         super().__init__()
-        self.session = session
+        self._session = session
+        self._prepare = prepare
+        self._opening = opening
+        self.refused: Exception | None = None
+        """Why there is no session."""
+        self._early: list[tuple[str, float]] = []
+        """Keys that came before it, and when."""
         self._panels: dict[str, Panel] = {}
         self._pad_place: Place | None = None
         self._settled = False
@@ -68,17 +80,54 @@ class Dashboard(App[None], inherit_bindings=False):
         self._asked_to_leave = False
         self._handlers: dict[signal.Signals, signal._HANDLER] = {}
 
+    @property
+    def session(self) -> Session:
+        """What is on the screen. There is none yet while the bench is being built."""
+        if self._session is None:
+            raise ValueError("there is no session yet")
+        return self._session
+
+    @property
+    def has_session(self) -> bool:
+        """Whether there is a bench."""
+        return self._session is not None
+
     def compose(self) -> ComposeResult:
         """A panel for everything that can be shown; each frame puts those it needs where they belong."""
-        self._panels = {name: Panel(name) for name in PANELS}
+        first = self._opening.picture(*self.size) if self._opening is not None else PANELS
+        self._panels = {name: Panel(name) for name in first}
         yield from self._panels.values()
 
     def on_mount(self) -> None:
-        """Start the frames; let the system's ways to end a program be as orderly as the keys."""
+        """Show what there is; let the system's ways to end a program be as orderly as the keys."""
         for change in (self.app_suspend_signal, self.app_resume_signal):
-            change.subscribe(self, lambda _: self.session.asleep())
+            change.subscribe(self, lambda _: self._session.asleep() if self._session is not None else None)
         for number in ENDING_SIGNALS:
             self._handlers[number] = signal.signal(number, self._on_signal)
+        if self._session is not None:
+            self._begin()
+        else:
+            self._draw_opening()
+            self.call_after_refresh(self._build)
+
+    def _build(self) -> None:
+        """The opening picture is on the screen: make what it stands for."""
+        assert self._prepare is not None
+        try:
+            self._session = self._prepare()
+        except Exception as error:  # raised again once the terminal is back
+            self.refused = error
+            self.exit()
+            return
+        if self.terminal is not None:
+            self.terminal.begin_watch()  # nothing was asked until now
+        for key, at_s in self._early:
+            self._press(key, at_s)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Start the frames."""
+        self._add_panels(PANELS)
         self.set_interval(1 / FRAMES_PER_S, self.frame)
         self.frame()
 
@@ -89,13 +138,17 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def on_resize(self) -> None:
         """Draw for the new size at once."""
+        if self._session is None:
+            self._draw_opening()
+            return
         picture = self._draw()
         if self.terminal is not None:
             self.terminal.paint(picture)
 
     def on_app_blur(self) -> None:
         """The keyboard belongs to another window now."""
-        self.session.hands_off()
+        if self._session is not None:
+            self._session.hands_off()
 
     async def on_event(self, event: events.Event) -> None:
         """Keys are taken before anything on the screen can, in the order in which they came with their releases.
@@ -109,13 +162,14 @@ class Dashboard(App[None], inherit_bindings=False):
                 self._press("space" if stops else _name(event), event.time)
             if not typing:
                 return
-        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
+        if isinstance(event, events.MouseEvent) and not event.is_forwarded and self._session is not None:
             self._point(event)
         await super().on_event(event)
 
     def on_key_released(self, message: KeyReleased) -> None:
         """The terminal tells: this key is no longer held."""
-        self.session.let_go(message.key)
+        if self._session is not None:
+            self._session.let_go(message.key)
 
     def on_kitty_reported(self, message: KittyReported) -> None:
         """The terminal speaks Kitty's protocol: have it tell releases."""
@@ -126,8 +180,9 @@ class Dashboard(App[None], inherit_bindings=False):
     def on_cursor_reported(self, message: CursorReported) -> None:
         """The terminal is alive. What was held when it answered still is."""
         terminal = self.terminal
-        if terminal is not None and terminal.watch.answered(message.row, message.column, now_ns()):
-            self.session.alive()
+        answered = terminal is not None and terminal.watch.answered(message.row, message.column, now_ns())
+        if answered and self._session is not None:
+            self._session.alive()
 
     def on_terminal_gone(self, _: TerminalGone) -> None:
         """Nobody will ever press Space again."""
@@ -141,8 +196,13 @@ class Dashboard(App[None], inherit_bindings=False):
     def get_driver_class(self) -> type[Driver]:
         """Ours in place of Textual's, for terminals and browsers; any other (a test's) as it is."""
         driver = super().get_driver_class()
-        ours: dict[type[Driver], type[Driver]] = {LinuxDriver: Terminal, WebDriver: Page}
-        return ours.get(driver, driver)
+        if driver is LinuxDriver:
+            return Terminal
+        if driver.__name__ == "WebDriver":
+            from bench.screen.page import Page
+
+            return Page
+        return driver
 
     def frame(self) -> None:
         """One frame: the ticks that are due, then the picture."""
@@ -158,6 +218,9 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def _press(self, key: str, at_s: float) -> None:
         """A key that was received at that time. One that moves something is not heard if it may be an old one."""
+        if self._session is None:
+            self._early.append((key, at_s))
+            return
         if key == "ctrl+z":
             self.action_suspend_process()
             return
@@ -179,6 +242,8 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def _point(self, event: events.MouseEvent) -> None:
         """The mouse, for the sticks that are drawn for it. The screen's edge is where it leaves the window."""
+        from bench.screen.mouse_sticks import pad_of
+
         place, session = self._pad_place, self.session
         x, y = int(event.x), int(event.y)
         outside = not (0 < x < self.size.width - 1 and 0 < y < self.size.height - 1)
@@ -224,10 +289,28 @@ class Dashboard(App[None], inherit_bindings=False):
             self.exit()
         return self.session.over
 
+    def _add_panels(self, names: Iterable[str]) -> None:
+        """Those that are not there yet, over those that are."""
+        new = {name: Panel(name) for name in names if name not in self._panels}
+        if new:
+            self._panels |= new
+            self.mount(*new.values())
+
+    def _draw_opening(self) -> None:
+        if self._opening is not None and self._panels:
+            picture = self._opening.picture(*self.size)
+            self._add_panels(picture)
+            for name, panel in self._panels.items():
+                place, lines = picture.get(name, (None, []))
+                panel.put(place)
+                panel.show(lines)
+
     def _draw(self) -> str:
         """Bring the panels up to date. What of that is to be written to the terminal; Textual sees to the rest."""
         if not self._panels or (self.terminal is not None and self.terminal.backlog > BACKLOG):
             return ""  # a terminal that takes nothing is drawn for when it does again
+        from bench.screen.view import draw, places
+
         self.session.sight.size = self.size
         scene = self.session.scene()
         where = places(scene, *self.size)
@@ -262,25 +345,21 @@ def _name(event: events.Key) -> str:
     return SIGNS.get(sign, sign.lower()) if printed else event.key
 
 
-def drive(
-    job: Run,
-    keyboard: Keyboard,
-    recorder: Recorder | None = None,
-    pacer: Pacer | None = None,
-    settings: SettingsFile | None = None,
-    tell: Tell = _tell_nobody,
-) -> int:
-    """Drive a run's bench by keyboard until the person leaves. Returns the exit status; raises what ended it.
+def drive(prepare: Callable[[], Session], opening: Opening | None = None, tell: Tell = _tell_nobody) -> int:
+    """Drive until the person leaves. Returns the exit status; raises what ended it.
 
-    `settings` are applied, and kept; `tell` gets what is worth saying once the screen is gone.
+    `prepare` makes the session: at once, or while an opening picture is on the screen. `tell` gets what is worth saying
+    once the screen is gone.
     """
-    stage = to_drive(job, keyboard, pacer or WallPacer())
-    return _open(stage, recorder, settings, tell)
+    return _run(Dashboard(prepare()) if opening is None else Dashboard(None, prepare, opening), tell)
 
 
 def drive_ports(link: ProcessLink, job: Run, keyboard: Keyboard, recording: str = "", tell: Tell = _tell_nobody) -> int:
     """The same, where a part is real and the loop has a process of its own, which records too."""
-    return _open(Stage(link, job, keyboard), None, None, tell, recording)
+    from bench.screen.session import session_of
+    from bench.screen.stage import Stage
+
+    return _run(Dashboard(session_of(Stage(link, job, keyboard), recording=recording)), tell)
 
 
 def show(
@@ -296,8 +375,12 @@ def show(
     Every frame is held against `golden`, or against the recording that the run repeats. The status is 1 where it
     differs beyond the tolerances, and where an expectation was not met.
     """
+    from bench.io.clock import WallPacer
+    from bench.screen.session import session_of
+    from bench.screen.stage import to_show
+
     stage = to_show(run, golden, pacer or WallPacer())
-    status = _open(stage, recorder, settings, tell)
+    status = _run(Dashboard(session_of(stage, recorder, settings)), tell)
     differs = stage.lamp is not None and stage.lamp.first is not None
     # Whoever goes back and on from there has no run to its end any more.
     checks = run.checks if stage.agree in stage.link.takers and stage.link.ended else None
@@ -305,26 +388,7 @@ def show(
     return EXIT_FAILED if differs or disagrees else status
 
 
-def _open(
-    stage: Stage, recorder: Recorder | None, settings: SettingsFile | None, tell: Tell, recording: str = ""
-) -> int:
-    tape = Tape(recorder) if recorder is not None else None
-    keyboard = stage.keyboard
-    if settings is not None and keyboard is not None:
-        keyboard.sticks.power_percent = settings.values.power_percent
-        stage.link.pacer.set_rate(settings.values.rate)
-    session = Session(
-        stage.link,
-        keyboard=keyboard,
-        job=stage.job,
-        lamp=stage.lamp,
-        summary=stage.summary,
-        agree=stage.agree,
-        recording=recording,
-        tape=tape,
-        settings=settings,
-    )
-    app = Dashboard(session)
+def _run(app: Dashboard, tell: Tell) -> int:
     in_browser = constants.DRIVER is not None
     for name in () if in_browser else ("COLUMNS", "LINES"):
         os.environ.pop(name, None)  # where they are set (readline does), they would stand for the size for ever
@@ -332,10 +396,16 @@ def _open(
         # A terminal's mouse stays its own, for selecting text, until M asks for it; a browser's has nothing else to do.
         app.run(mouse=in_browser)
     finally:
-        session.leave(patience=False)  # a page that was closed, or a screen that failed, asks for nothing more
-        session.link.close()
-        if session.keyboard is not None:
-            session.keyboard.close()
+        if app.has_session:
+            app.session.leave(patience=False)  # a page that was closed, or a screen that failed, asks for nothing more
+            app.session.link.close()
+            if app.session.keyboard is not None:
+                app.session.keyboard.close()
+    if app.refused is not None:
+        raise app.refused
+    if not app.has_session:
+        return app.return_code or EXIT_OK
+    session = app.session
     for line in session.working.told if app.terminal is None or not app.terminal.stuck else ():
         tell(line)
     if session.failure is not None:

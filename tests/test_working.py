@@ -22,8 +22,9 @@ from bench.screen.dialog import Dialog, Item, fits
 from bench.screen.fault_list import known_faults
 from bench.screen.layout import Place
 from bench.screen.palette import ACTIONS, HINT
+from bench.screen.remembered import settings_path
 from bench.screen.session import Session
-from bench.screen.settings import Settings, SettingsFile, settings_path
+from bench.screen.settings import Settings, SettingsFile
 from bench.screen.stage import to_drive, to_show
 from bench.screen.tape import Tape
 from bench.screen.view import picture, places

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import argparse
 
+ROLE_HELP = "which part is real: sim (none), base (a firmware), core (a SLAMWARE core), motors"
+ARM_HELP = "with --role motors: they may move"
+
 
 def add_controller(parser: argparse.ArgumentParser) -> None:
     """Who stands behind the seam. What it names is looked up where the robot is read: `bench.check.controllers`."""
@@ -41,3 +44,9 @@ def check_protocol(protocol: str) -> None:
 
     if protocol not in PROTOCOLS:
         raise UsageError(f"--protocol {protocol}: expected {', '.join(PROTOCOLS)}")
+
+
+def add_role(parser: argparse.ArgumentParser) -> None:
+    """The options of every verb that can run on real ports."""
+    parser.add_argument("--role", choices=("sim", "base", "core", "motors"), default="sim", help=ROLE_HELP)
+    parser.add_argument("--arm", action="store_true", help=ARM_HELP)

@@ -8,12 +8,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.cli.choices import add_choices
-from bench.cli.on_ports import add_role
+from bench.cli.choices import add_choices, add_role
 
 if TYPE_CHECKING:
+    from bench.check.run import Run
     from bench.config import Robot
     from bench.screen.keyboard import Keyboard
+    from bench.screen.session import Session
     from bench.screen.settings import SettingsFile
 
 WEB_PORT = 8000
@@ -51,7 +52,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Open the dashboard."""
-    from bench.check.controllers import is_own
     from bench.cli.terminal import has_terminal
     from bench.errors import SurroundingsError, UsageError
 
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--replay: a recording brings its own robot and profile; leave --robot and --profile out")
     if args.replay is not None and args.arena is not None:
         raise UsageError("--replay: a recording brings its own arena; leave --arena out")
-    if args.replay is not None and (args.odometry or (args.controller and not is_own(args.controller))):
+    if args.replay is not None and (args.odometry or not _may_replay(args.controller)):
         raise UsageError("--replay: a recording brings its own controller and odometry; leave those options out")
     if args.replay is not None and (args.gamepad is not None or args.rc != "sim:"):
         raise UsageError("--replay: nothing drives a recording; leave --gamepad and --rc out")
@@ -79,21 +79,64 @@ def run(args: argparse.Namespace) -> int:
         raise SurroundingsError(
             "needs a terminal on stdin, stdout and stderr; without one use `wheelbench demo` or `wheelbench replay`"
         )
-    from bench.check.run import Run
-    from bench.check.sources import from_recording
-    from bench.screen.settings import SettingsFile, settings_path
+    from bench.screen.remembered import settings_path
+
+    if args.replay is not None:
+        return _watch(args)
+    if args.role != "sim":
+        return _drive_ports(args)
+    from bench.screen.opening import opening_of
+
+    # Devices are opened, and others' files read, before the screen: what is wrong with them is told at once.
+    first = any(value is not None for value in (args.arena, args.controller, args.gamepad)) or args.rc != "sim:"
+    opening = None if first else opening_of(args.robot, args.profile, settings_path())
+    from bench.tui import drive
+
+    return drive(lambda: _session(args), opening, _tell)
+
+
+def _watch(args: argparse.Namespace) -> int:
+    from bench.check.run import from_recording
+    from bench.screen.remembered import settings_path
+    from bench.screen.settings import SettingsFile
+
+    job = from_recording(args.replay, recorded_can=args.can == "recorded", controller=args.controller)
+    recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
+    from bench.tui import show
+
+    return show(job, recorder, settings=SettingsFile(settings_path()), tell=_tell)
+
+
+def _drive_ports(args: argparse.Namespace) -> int:
+    from bench.cli.on_ports import driven_link
+    from bench.screen.remembered import settings_path
+    from bench.screen.settings import SettingsFile
+
+    job, keyboard = _job(args, SettingsFile(settings_path()))
+    link = driven_link(args, job)  # before the screen: its process shall have nothing of that
+    from bench.tui import drive_ports
+
+    return drive_ports(link, job, keyboard, str(args.record or ""), tell=_tell)
+
+
+def _session(args: argparse.Namespace) -> Session:
+    """The bench that was asked for, with somebody at the keys."""
+    from bench.io.clock import WallPacer
+    from bench.screen.remembered import settings_path
+    from bench.screen.session import session_of
+    from bench.screen.settings import SettingsFile
+    from bench.screen.stage import to_drive
 
     settings = SettingsFile(settings_path())
-    if args.replay is not None:
-        job = from_recording(args.replay, recorded_can=args.can == "recorded", controller=args.controller)
-        recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
-        from bench.tui import show
+    job, keyboard = _job(args, settings)
+    recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
+    return session_of(to_drive(job, keyboard, WallPacer()), recorder, settings)
 
-        return show(job, recorder, settings=settings, tell=_tell)
 
+def _job(args: argparse.Namespace, settings: SettingsFile) -> tuple[Run, Keyboard]:
     from bench.arena import FIELD, load_arena
     from bench.check.controllers import controller_of
-    from bench.check.run import bench_in, info_of
+    from bench.check.run import Run, bench_in, info_of
     from bench.config import with_choices
 
     chosen = controller_of(_robot(args, settings), args.controller)
@@ -102,18 +145,17 @@ def run(args: argparse.Namespace) -> int:
     keyboard = _hands(args, robot)
     info = info_of(robot, chosen.name)
     title = ", ".join(filter(None, (robot.name, info.controller, info.odometry)))
-    job = Run(title=title, bench=bench_in(robot, arena, build=chosen.build), ticks=0, inputs=keyboard.inputs, info=info)
-    if args.role != "sim":
-        from bench.cli.on_ports import driven_link
+    bench = bench_in(robot, arena, build=chosen.build)
+    return Run(title=title, bench=bench, ticks=0, inputs=keyboard.inputs, info=info), keyboard
 
-        link = driven_link(args, job)  # before the screen: its process shall have nothing of that
-        from bench.tui import drive_ports
 
-        return drive_ports(link, job, keyboard, str(args.record or ""), tell=_tell)
-    recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
-    from bench.tui import drive
+def _may_replay(controller: str | None) -> bool:
+    """Whether a recording may be run with it: with no other of our own."""
+    if not controller:
+        return True
+    from bench.check.controllers import is_own
 
-    return drive(job, keyboard, recorder, settings=settings, tell=_tell)
+    return is_own(controller)
 
 
 def _in_browser() -> bool:

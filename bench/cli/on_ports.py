@@ -15,15 +15,7 @@ if TYPE_CHECKING:
     from bench.io.process.child import Prepared
     from bench.io.process.link import ProcessLink
 
-ROLE_HELP = "which part is real: sim (none), base (a firmware), core (a SLAMWARE core), motors"
-ARM_HELP = "with --role motors: they may move"
 STOP_KEYS = " \n\rq\x1b"
-
-
-def add_role(parser: argparse.ArgumentParser) -> None:
-    """The options of every verb that can run on real ports."""
-    parser.add_argument("--role", choices=("sim", "base", "core", "motors"), default="sim", help=ROLE_HELP)
-    parser.add_argument("--arm", action="store_true", help=ARM_HELP)
 
 
 def run_on_ports(args: argparse.Namespace, job: Run) -> int:

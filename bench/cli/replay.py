@@ -9,8 +9,8 @@ import argparse
 import json
 from pathlib import Path
 
-from bench.cli.choices import add_choices, add_tolerance, check_protocol
-from bench.cli.on_ports import add_role, run_on_ports
+from bench.cli.choices import add_choices, add_role, add_tolerance, check_protocol
+from bench.cli.on_ports import run_on_ports
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

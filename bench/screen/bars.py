@@ -5,16 +5,15 @@ from __future__ import annotations
 import textwrap
 
 from bench.screen.checks import has_failed
-from bench.screen.layout import CHECKS, PAGES
+from bench.screen.edges import HELP_AND_QUIT, hands_always, tabs
+from bench.screen.layout import CHECKS
 from bench.screen.scene import Hands, Scene
 from bench.screen.text import (
     BAD_BADGE,
     GOOD,
-    GOOD_BADGE,
     KEY,
     LABEL,
     PLAIN,
-    TAB,
     TITLE,
     WARN,
     WARN_BADGE,
@@ -23,10 +22,6 @@ from bench.screen.text import (
     fill_bar,
     width_of,
 )
-
-HELP_AND_QUIT: Line = [("  ?", KEY), (" help", LABEL), ("  Esc", KEY), (" quit", LABEL)]
-STOP: Line = [(" SPACE STOP ", BAD_BADGE)]
-"""On every page and in every mode, in the same place."""
 
 
 def title(scene: Scene, width: int, height: int) -> list[Line]:
@@ -44,23 +39,16 @@ def _title(scene: Scene, names: tuple[str, str], width: int) -> Line:
     """Name, pages, time. Where there is no room pages go to their numbers, then lateness goes, then the transmitter."""
     times, short_times = _times(scene)
     for name in names:
-        for tabs in (_tabs(scene, long=True), _tabs(scene, long=False)):
+        for pages in (_tabs(scene, long=True), _tabs(scene, long=False)):
             for right in (times, short_times):
-                line = [(name, TITLE), ("  ", TITLE), *tabs]
+                line = [(name, TITLE), ("  ", TITLE), *pages]
                 if width_of(line) + 2 + width_of(right) <= width:
                     return both_ends(line, right, width, TITLE)
     return both_ends([(names[-1], TITLE)], short_times, width, TITLE)
 
 
 def _tabs(scene: Scene, *, long: bool) -> Line:
-    """The pages by their keys, the open one marked."""
-    line: Line = []
-    for number, page in enumerate(PAGES, 1):
-        is_open = page == scene.shown.page
-        mark = "✗" if page == CHECKS and has_failed(scene) else ""
-        words = f" {number} {page}{mark} " if long else f" {number}{mark} "
-        line.append((f"[{words.strip()}]" if is_open else words, TAB if is_open else TITLE))
-    return line
+    return tabs(scene.shown.page, {CHECKS: "✗"} if has_failed(scene) else {}, long=long)
 
 
 def _times(scene: Scene) -> tuple[Line, Line]:
@@ -130,14 +118,8 @@ def _wrapped(scene: Scene, width: int) -> list[str]:
     return textwrap.wrap(scene.notice, max(10, width - 2), max_lines=3, placeholder=" …")
 
 
-def _arm(scene: Scene) -> Line:
-    """What Enter does, as large as a line can say it."""
-    words = (" ENTER disarm ", WARN_BADGE) if scene.snapshot.armed else (" ENTER arm    ", GOOD_BADGE)
-    return [words, (" ", LABEL)]
-
-
 def _always(scene: Scene) -> Line:
-    return HELP_AND_QUIT if scene.hands is None else _arm(scene) + STOP + HELP_AND_QUIT
+    return HELP_AND_QUIT if scene.hands is None else hands_always(scene.snapshot.armed)
 
 
 def _drive_keys(scene: Scene, hands: Hands, *, long: bool) -> Line:

@@ -12,20 +12,13 @@ once the keyboard itself has been silent for `SILENT_HOLD_MS`. docs/driving.md.
 from __future__ import annotations
 
 from bench.rc.transmitter import Sticks
+from bench.screen.motion import FORWARD, LEFT, MOTION, TURN
 
 KEY_LEASE_MS = 120
 LEAST_LEASE_MS = 10
 WITHIN_MS, FRAME_MS = 150, 10
 SILENT_HOLD_MS = 1000
 """The longest that a key is held without any event of the keyboard: longer than the longest delay before repeats."""
-
-FORWARD, LEFT, TURN = 0, 1, 2
-MOTION = {
-    "w": (FORWARD, 1.0), "s": (FORWARD, -1.0), "up": (FORWARD, 1.0), "down": (FORWARD, -1.0),
-    "a": (LEFT, 1.0), "d": (LEFT, -1.0), "left": (LEFT, 1.0), "right": (LEFT, -1.0),
-    "q": (TURN, 1.0), "e": (TURN, -1.0),
-}  # fmt: skip
-"""Key -> axis and sense: forward, left and counter-clockwise are positive."""
 
 
 def lease_ticks(rate: float, lead_ticks: int) -> int:

@@ -18,7 +18,8 @@ from bench.loop import NOTHING
 from bench.messages import ZERO_TWIST, BodyTwist, TickInput
 from bench.rc.transmitter import Sticks, Transmitter
 from bench.screen.gamepad_sticks import GamepadSticks
-from bench.screen.key_sticks import KEY_LEASE_MS, MOTION, KeySticks
+from bench.screen.key_sticks import KEY_LEASE_MS, KeySticks
+from bench.screen.motion import MOTION
 from bench.screen.mouse_sticks import MouseSticks, Pad
 from bench.screen.scene import Hands
 

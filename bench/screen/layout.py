@@ -36,6 +36,14 @@ PAGES = (DRIVE, WIRES, SCOPE, CHECKS)
 """In the order of their keys, 1 first."""
 _BODY = {WIRES: "wiretable", SCOPE: "scope", CHECKS: "checks"}
 
+PANELS = (
+    "title", "progress", "arena", "status", "glance", "wheels", "wires", "strip", "wiretable", "scope", "checks", "pad",
+    "footer", "help", "summary", "small", "dialog", "notice",
+)  # fmt: skip
+"""All there are, in the order in which they are drawn."""
+OVER = ("dialog", "notice")
+"""Those that lie over others, and so come last."""
+
 LIVE, HELP, ENDED = "live", "help", "ended"
 
 

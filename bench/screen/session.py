@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from bench.arena import FIELD
+from bench.check.recording import Recorder
 from bench.check.run import Run
 from bench.check.summary import Summary
 from bench.io.link import InlineLink
 from bench.io.process.link import ProcessLink
-from bench.screen.key_sticks import MOTION
 from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
+from bench.screen.motion import MOTION
 from bench.screen.mouse_sticks import Pad
 from bench.screen.scene import Pace, Replay, Scene
 from bench.screen.settings import SettingsFile
@@ -357,3 +358,25 @@ class Session:
 
 
 REPLAY_NOTICE = "a replay: no key drives it; P, then ← → go through it"
+
+
+def session_of(
+    stage: Stage, recorder: Recorder | None = None, settings: SettingsFile | None = None, recording: str = ""
+) -> Session:
+    """A session at a stage, with the settings that are kept. What records elsewhere says so in `recording`."""
+    tape = Tape(recorder) if recorder is not None else None
+    keyboard = stage.keyboard
+    if settings is not None and keyboard is not None:
+        keyboard.sticks.power_percent = settings.values.power_percent
+        stage.link.pacer.set_rate(settings.values.rate)
+    return Session(
+        stage.link,
+        keyboard=keyboard,
+        job=stage.job,
+        lamp=stage.lamp,
+        summary=stage.summary,
+        agree=stage.agree,
+        recording=recording,
+        tape=tape,
+        settings=settings,
+    )

@@ -16,7 +16,7 @@ import os
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from bench.config import ConfigError, Table, read_toml
+from bench.errors import UsageError
 
 POWERS = (10, 100)
 RATES = (0.1, 4.0)
@@ -34,13 +34,6 @@ class Settings:
     hints_seen: int = 0
 
 
-def settings_path() -> Path:
-    """Where the file is, whether or not there is one."""
-    home = os.environ.get("XDG_CONFIG_HOME", "")
-    # The XDG specification: a relative path is to be ignored.
-    return (Path(home) if os.path.isabs(home) else Path("~/.config").expanduser()) / "wheelbench" / "settings.toml"
-
-
 class SettingsFile:
     """Settings and where they are kept. `why` says in a sentence what is wrong with the file, if anything is."""
 
@@ -51,8 +44,8 @@ class SettingsFile:
         try:
             if path.exists():
                 self.values = _read(path)
-        except (ConfigError, OSError, RuntimeError) as error:
-            said = str(error) if isinstance(error, ConfigError) else f"{path}: cannot be read"
+        except (UsageError, OSError, RuntimeError) as error:
+            said = str(error) if isinstance(error, UsageError) else f"{path}: cannot be read"
             self.why = f"{said}; the defaults are used, and nothing is saved there"
         self._on_disk = self.values
 
@@ -77,6 +70,8 @@ class SettingsFile:
 
 
 def _read(path: Path) -> Settings:
+    from bench.config import Table, read_toml
+
     table = Table(path, "", read_toml(path))
     found = table.into(Settings)
     for name, value, (least, most) in (("power_percent", found.power_percent, POWERS), ("rate", found.rate, RATES)):

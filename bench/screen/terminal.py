@@ -22,7 +22,7 @@ from textual.message import Message
 from bench.io.clock import now_ns
 from bench.screen import terminal_input as sent
 from bench.screen.guardian import Guardian
-from bench.screen.key_sticks import MOTION
+from bench.screen.motion import MOTION
 from bench.screen.terminal_watch import TerminalWatch
 
 POLL_S = 0.05
@@ -112,7 +112,7 @@ class Terminal(LinuxDriver):
         """The process was stopped and goes on, without a word to us before."""
         self.stuck = False
         """The terminal took nothing to the last: whatever else is written to it will wait for ever."""
-        self._begin_watch()
+        self.begin_watch()
 
     # --- what goes out -------------------------------------------------------------------------------------------
 
@@ -163,7 +163,7 @@ class Terminal(LinuxDriver):
         self._guardian = Guardian(self._outlet.fileno())
         super().start_application_mode()  # type: ignore[no-untyped-call]
         self._in_use = True
-        self._begin_watch()
+        self.begin_watch()
         if self._pointer_on:
             self.write(MOUSE_ON)
 
@@ -180,7 +180,8 @@ class Terminal(LinuxDriver):
         self.suspend_application_mode()
         self.resume_application_mode()
 
-    def _begin_watch(self) -> None:
+    def begin_watch(self) -> None:
+        """Nothing is known of the terminal yet."""
         environment = {"STY": "off"} if constants.DISABLE_KITTY_KEY else os.environ
         self.watch = TerminalWatch(now_ns(), environment)
 

@@ -43,9 +43,7 @@ PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
     "dialog": dialog,
     "notice": notice,
 }
-"""Every panel by the name that `layout` uses: a function of scene, width and height."""
-OVER = ("dialog", "notice")
-"""Those that lie over others."""
+"""Every panel by its name in `layout`: a function of scene, width and height."""
 
 
 def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:

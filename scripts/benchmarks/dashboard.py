@@ -77,6 +77,12 @@ def report(samples: Sequence[Sample]) -> list[Row]:
             verdict(cpu <= FIRST_FRAME_AT_MOST),
         )
     )
+    live_cpu, live_wall = (
+        median(s[f"first live_{key}"] / s[f"empty {key}"] for s in samples) for key in ("cpu_s", "wall_s")
+    )
+    live_s = median(s["first live_cpu_s"] for s in samples)
+    words = f"{live_cpu:.2f} ({1000 * live_s:.0f} ms; wall {live_wall:.2f})"
+    rows.append(Row("  and to the first values of the bench in it", words))
     return rows
 
 

@@ -25,18 +25,53 @@ EMPTY_CALLS = 500
 """Timed in each frame, and not counted in it."""
 FRAMES_PER_S = 20
 FRAME_TICKS = 1000 // FRAMES_PER_S
+LAST_OF_A_PICTURE, FIRST_VALUE = " quit", "not armed since boot"
+"""The footer's last word, which stands in the lowest row of every picture; what the bench says of itself at tick 0."""
 TABLES = ("wheels", "wires", "wiretable")
 
 
-def tell_first_frame(app: Any, result: Path, spawned_s: float) -> None:
-    """Have apps of this class write, after their first frame, how long it took since the process began; and end."""
+class Start:
+    """How long it took since the process began, in CPU and on the wall; written into a file when all is told."""
+
+    def __init__(self, result: Path, spawned_s: float) -> None:
+        self._result, self._spawned_s = result, spawned_s
+        self._facts: dict[str, float] = {}
+
+    def reached(self, prefix: str = "") -> None:
+        """It has come so far."""
+        self._facts[f"{prefix}wall_s"] = time.monotonic() - self._spawned_s
+        self._facts[f"{prefix}cpu_s"] = time.process_time()
+
+    def ends(self, app: Any) -> None:
+        """That was all."""
+        self._result.write_text(json.dumps(self._facts))
+        app.exit()
+
+
+def tell_first_refresh(app: Any, start: Start) -> None:
+    """An app of this class is ready and refreshed: it tells, and ends."""
 
     def painted(one: Any) -> None:
-        facts = {"wall_s": time.monotonic() - spawned_s, "cpu_s": time.process_time()}
-        result.write_text(json.dumps(facts))
-        one.exit()
+        start.reached()
+        start.ends(one)
 
     app.on_ready = lambda one: one.call_after_refresh(painted, one)
+
+
+def tell_writes(driver: Any, start: Start) -> None:
+    """The dashboard gives its terminal the first whole picture, then the first with values: it tells, and ends."""
+    write = driver.write
+    left = {"": LAST_OF_A_PICTURE, "live_": FIRST_VALUE}
+
+    def noting(one: Any, data: str) -> None:
+        write(one, data)
+        for prefix in [prefix for prefix, words in left.items() if words in data]:
+            del left[prefix]
+            start.reached(prefix)
+            if not left:
+                start.ends(one._app)
+
+    driver.write = noting
 
 
 def session_driven_about(page: str) -> Any:
@@ -201,13 +236,13 @@ def main() -> None:
         class Empty(App[None]):
             """Nothing."""
 
-        tell_first_frame(Empty, Path(result), float(spawned_s))
+        tell_first_refresh(Empty, Start(Path(result), float(spawned_s)))
         Empty().run(mouse=False)
     elif kind == "first":
         from bench.__main__ import main as wheelbench
-        from bench.tui import Dashboard
+        from bench.screen.terminal import Terminal
 
-        tell_first_frame(Dashboard, Path(result), float(spawned_s))
+        tell_writes(Terminal, Start(Path(result), float(spawned_s)))
         wheelbench(["drive"])
     elif kind == "ours":
         ours(page, int(frames), Path(result))

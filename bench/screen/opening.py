@@ -1,0 +1,100 @@
+"""What the dashboard shows before there is a bench: every pane where it will stand, how to stop and how to leave.
+
+To import and build a bench takes longer than anything else of a start, so the screen comes first. It needs only what a
+quick look at the robot's file tells; whatever that gets wrong is put right when the bench is there. Nothing here
+imports the bench: that is what it is for.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from bench.screen.edges import hands_always, tabs
+from bench.screen.layout import DRIVE, Place, arrange
+from bench.screen.text import LABEL, PLAIN, TITLE, WARN_BADGE, Line, both_ends, fit, width_of
+
+ROBOTS = Path(__file__).parents[1] / "robots"
+DEFAULT_ROBOT = "m2006"
+FIELD_M = (6.0, 4.0)
+"""Length and width of `bench.arena.FIELD`."""
+BUILDING = "building the bench"
+_PANES = {"wheels": "wheels", "wires": "wires", "glance": "", "scope": "scope", "wiretable": "wires"}
+_NAME, _RC, _WHEEL = (
+    re.compile(pattern, re.MULTILINE)
+    for pattern in (r'^name *= *"([^"]*)"', r'^rc *= *"([^"]*)"', r"^\[\[ *wheel *\]\]")
+)
+_REMEMBERED = re.compile(r'^robot *= *"([^"]+)"', re.MULTILINE)
+
+
+class Opening(NamedTuple):
+    """A robot as far as the opening picture shows it, in the default field."""
+
+    name: str
+    rc: str
+    wheels: int
+
+    def picture(self, width: int, height: int) -> dict[str, tuple[Place, list[Line]]]:
+        """Panel -> where it stands, and its lines."""
+        places = arrange(width, height, wheels=self.wheels, aspect=FIELD_M[0] / FIELD_M[1])
+        return {
+            name: (place, [fit(line, place.width) for line in self._lines(name, place)])
+            for name, place in places.items()
+        }
+
+    def _lines(self, panel: str, place: Place) -> list[Line]:
+        width = place.width
+        if panel == "title":
+            return [self._title(width)]
+        if panel == "arena":
+            return _field(width, place.height)
+        if panel == "footer":
+            return [both_ends([(f" {BUILDING}; a key waits for it", LABEL)], hands_always(False), width)]
+        if panel == "status":
+            return [[(" ", PLAIN), (f" {BUILDING.upper()} ", WARN_BADGE)]]
+        if panel == "small":
+            return [[(BUILDING, PLAIN)]]
+        return [[(f" {_PANES[panel]}", LABEL)]]
+
+    def _title(self, width: int) -> Line:
+        name, right = f" {self.name}, {self.rc or 'no RC'}", [(f"{BUILDING} ", TITLE)]
+        for long in (True, False):
+            line = [(name, TITLE), ("  ", TITLE), *tabs(DRIVE, {}, long=long)]
+            if width_of(line) + 2 + width_of(right) <= width:
+                return both_ends(line, right, width, TITLE)
+        return both_ends([(name, TITLE)], right, width, TITLE)
+
+
+def opening_of(robot: str | None, profile: str | None, settings: Path) -> Opening | None:
+    """The picture for a robot, the remembered one where none is named; None where its file is not found or odd."""
+    for text in (robot, None if robot else _first(_REMEMBERED, _read(settings)), None if robot else DEFAULT_ROBOT):
+        if text:
+            ours = ROBOTS / f"{text}.toml"
+            file = _read(ours if ours.is_file() else Path(text))
+            wheels = len(_WHEEL.findall(file))
+            if wheels:
+                return Opening(_first(_NAME, file), Path(profile or _first(_RC, file)).stem, wheels)
+    return None
+
+
+def _first(pattern: re.Pattern[str], text: str) -> str:
+    found = pattern.search(text)
+    return found[1] if found else ""
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return ""  # whoever reads it in earnest says what is wrong
+
+
+def _field(width: int, height: int) -> list[Line]:
+    """The empty field in its frame."""
+    caption: Line = [(f" field {FIELD_M[0]:g} × {FIELD_M[1]:g} m ", PLAIN)]
+    inner = width - 2
+    words = caption if width_of(caption) <= inner else []
+    rest = "─" * (inner - width_of(words))
+    side: Line = [("│", LABEL), (" " * inner, PLAIN), ("│", LABEL)]
+    return [[("┌", LABEL), *words, (f"{rest}┐", LABEL)], *[side] * (height - 2), [("└" + "─" * inner + "┘", LABEL)]]

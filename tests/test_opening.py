@@ -1,0 +1,106 @@
+"""The screen before the bench: every pane stands where it will, nothing of the bench is needed, no key is lost."""
+
+import subprocess
+import sys
+
+import pytest
+from desk import at_the_keys
+from pty_terminal import PtyTerminal
+
+from bench.arena import FIELD
+from bench.config import load_robot, robot_names
+from bench.screen.layout import OVER, PANELS
+from bench.screen.opening import BUILDING, FIELD_M, opening_of
+from bench.screen.text import plain
+from bench.screen.view import PANELS as DRAWN
+from bench.screen.view import draw, places
+
+SIZES = [(59, 20), (60, 16), (80, 24), (120, 40), (200, 60)]
+
+
+def test_names_are_those_of_the_view():
+    assert tuple(DRAWN) == PANELS
+    assert PANELS[-len(OVER) :] == OVER
+    assert (FIELD.length_m, FIELD.width_m) == FIELD_M
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_every_pane_stands_where_it_will(name, tmp_path):
+    robot = load_robot(name)
+    opening = opening_of(name, None, tmp_path / "none")
+    assert opening == (name, robot.rc.name if robot.rc else "", len(robot.wheels))
+    scene = at_the_keys(robot).scene()
+    for size in SIZES:
+        picture = opening.picture(*size)
+        assert {panel: place for panel, (place, _) in picture.items()} == places(scene, *size)
+        for place, lines in picture.values():
+            assert 0 < len(lines) <= place.height
+            assert {len(plain(line)) for line in lines} == {place.width}
+
+
+def test_what_will_not_change_is_there_already(tmp_path):
+    picture = opening_of(None, None, tmp_path / "none").picture(120, 40)
+    scene = at_the_keys().scene()
+    place, lines = picture["footer"]
+    always = plain(draw("footer", scene, place.width, 1)[0])[-43:]
+    assert "SPACE STOP" in always
+    assert plain(lines[0]).endswith(always)
+    place, lines = picture["arena"]
+    assert lines[0] == draw("arena", scene, place.width, place.height)[0]
+    assert plain(picture["title"][1][0])[:40] == plain(draw("title", scene, 120, 1)[0])[:40]
+
+
+def test_the_remembered_robot_opens_and_one_that_is_gone_does_not(tmp_path):
+    settings, own = tmp_path / "settings.toml", tmp_path / "own.toml"
+    settings.write_text('robot = "omni4"\npower_percent = 50\n')
+    assert opening_of(None, None, settings) == ("omni4", load_robot("omni4").rc.name, 4)
+    assert opening_of("m2006", "elrs", settings) == ("m2006", "elrs", 3)
+    settings.write_text(f'robot = "{own}"\n')
+    assert opening_of(None, None, settings).name == "m2006"
+    own.write_text('name = "mine"\n[[wheel]]\n[[wheel]]\n')
+    assert opening_of(None, None, settings) == ("mine", "", 2)
+    assert opening_of("nobody", None, settings) is None
+
+
+def test_the_first_frame_needs_nothing_of_the_bench():
+    code = """
+import sys, bench.tui
+from bench.__main__ import _parser
+_parser("drive").parse_args(["drive"])
+heavy = ("pymunk", "can", "serial", "numpy", "bench.config", "bench.arena", "bench.base", "bench.check", "bench.rc")
+print([name for name in heavy if name in sys.modules])"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.fixture
+def opened(tmp_path):
+    terminals = []
+
+    def start(*options):
+        terminals.append(PtyTerminal(tmp_path, "-m", "bench", "drive", *options))
+        return terminals[-1]
+
+    yield start
+    for terminal in terminals:
+        terminal.close()
+
+
+def test_a_key_that_comes_before_the_bench_waits_for_it(opened):
+    terminal = opened()
+    terminal.wait_for(BUILDING.upper())
+    assert b"not armed since boot" not in terminal.output
+    terminal.type(b"\r")
+    terminal.wait_for(" ARMED ")
+    terminal.type(b"\x1b")
+    assert terminal.ended() == 0
+
+
+def test_what_is_refused_while_it_is_built_is_told_on_a_screen_given_back(opened):
+    terminal = opened("--profile", "nobody")
+    assert terminal.ended() == 2
+    before, given_back, after = terminal.output.rpartition(b"\x1b[?1049l")
+    assert BUILDING.upper().encode() in before
+    assert given_back
+    assert b"wheelbench drive: no profile is called 'nobody'" in after
+    assert b"Traceback" not in terminal.output
