@@ -20,7 +20,7 @@ DEFAULT_ROBOT = "m2006"
 FIELD_M = (6.0, 4.0)
 """Length and width of `bench.arena.FIELD`."""
 BUILDING = "building the bench"
-_PANES = {"wheels": "wheels", "wires": "wires", "glance": "", "scope": "scope", "wiretable": "wires"}
+_PANES = {"wheels": "wheel", "wires": "wire", "glance": "", "scope": "scope", "wiretable": "wires"}
 _NAME, _RC, _WHEEL = (
     re.compile(pattern, re.MULTILINE)
     for pattern in (r'^name *= *"([^"]*)"', r'^rc *= *"([^"]*)"', r"^\[\[ *wheel *\]\]")
