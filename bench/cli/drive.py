@@ -87,9 +87,10 @@ def run(args: argparse.Namespace) -> int:
         return _drive_ports(args)
     from bench.screen.opening import opening_of
 
-    # Devices are opened, and others' files read, before the screen: what is wrong with them is told at once.
-    first = any(value is not None for value in (args.arena, args.controller, args.gamepad)) or args.rc != "sim:"
-    opening = None if first else opening_of(args.robot, args.profile, settings_path())
+    # Devices are opened, and others' files read, before the screen: what is wrong with them is told at once. So is a
+    # browser's bench built, whose keys do not tell how old they are.
+    waits = any(value is not None for value in (args.arena, args.controller, args.gamepad)) or args.rc != "sim:"
+    opening = None if waits or _in_browser() else opening_of(args.robot, args.profile, settings_path())
     from bench.tui import drive
 
     return drive(lambda: _session(args), opening, _tell)
