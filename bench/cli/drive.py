@@ -97,7 +97,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _watch(args: argparse.Namespace) -> int:
-    from bench.check.run import from_recording
+    from bench.check.sources import from_recording
     from bench.screen.remembered import settings_path
     from bench.screen.settings import SettingsFile
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import os
 import struct
@@ -29,6 +28,8 @@ def be_punctual(with_priority: bool = True) -> str:
     gc.disable()
     if not sys.platform.startswith("linux"):
         return "ordinary scheduling"
+    import ctypes
+
     libc = ctypes.CDLL(None)
     libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
     if with_priority:

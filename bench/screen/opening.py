@@ -58,12 +58,13 @@ class Opening(NamedTuple):
         return [[(f" {_PANES[panel]}", LABEL)]]
 
     def _title(self, width: int) -> Line:
-        name, right = f" {self.name}, {self.rc or 'no RC'}", [(f"{BUILDING} ", TITLE)]
-        for long in (True, False):
-            line = [(name, TITLE), ("  ", TITLE), *tabs(DRIVE, {}, long=long)]
-            if width_of(line) + 2 + width_of(right) <= width:
-                return both_ends(line, right, width, TITLE)
-        return both_ends([(name, TITLE)], right, width, TITLE)
+        right = [(f"{BUILDING} ", TITLE)]
+        for name in (f" {self.name}, {self.rc or 'no RC'}", f" {self.name}"):
+            for long in (True, False):
+                line = [(name, TITLE), ("  ", TITLE), *tabs(DRIVE, {}, long=long)]
+                if width_of(line) + 2 + width_of(right) <= width:
+                    return both_ends(line, right, width, TITLE)
+        return both_ends([(f" {self.name}", TITLE)], right, width, TITLE)
 
 
 def opening_of(robot: str | None, profile: str | None, settings: Path) -> Opening | None:
