@@ -30,9 +30,11 @@ def geometry(layout: str):
         yield ax, ay, arm, arm_across, wheel.radius_m * math.cos(wheel.roller_rad)
 
 
-def check_laws(layout: str, contact: Contact, before, wheels, after) -> None:
-    """Newton for the body and each wheel; every friction within its limit, and at the limit only against the motion."""
-    px, py, pw = MASS * before[0], MASS * before[1], YAW * before[2]
+def pushed_by_wheels(layout: str, contact: Contact, wheels, after) -> tuple[float, float, float]:
+    """Newton for each wheel; every friction within its limit, and at the limit only against the motion. The impulse
+    that they give the body, and its moment.
+    """
+    px = py = pw = 0.0
     vx, vy, omega = after
     rows = zip(geometry(layout), wheels, contact.speeds_radps, contact.impulses_ns, strict=True)
     for (ax, ay, arm, arm_across, rc), (momentum, dry, load), speed, (along, across) in rows:
@@ -56,7 +58,14 @@ def check_laws(layout: str, contact: Contact, before, wheels, after) -> None:
         assert abs(friction) <= dry + rc * NS
         if abs(rc * speed) > MPS:
             assert friction == pytest.approx(math.copysign(dry, speed), abs=rc * NS)
-    assert (px, py, pw) == pytest.approx((MASS * vx, MASS * vy, YAW * omega), abs=NS)
+    return px, py, pw
+
+
+def check_laws(layout: str, contact: Contact, before, wheels, after) -> None:
+    """The wheels' laws, and Newton for the body."""
+    px, py, pw = pushed_by_wheels(layout, contact, wheels, after)
+    was, now = ((MASS * vx, MASS * vy, YAW * omega) for vx, vy, omega in (before, after))
+    assert (was[0] + px, was[1] + py, was[2] + pw) == pytest.approx(now, abs=NS)
 
 
 # Speeds and torques of a robot, and often enough exactly none of one.

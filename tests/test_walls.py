@@ -9,7 +9,7 @@ import pytest
 from bases import m2006, mecanum, omni3, omni4
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_contact import DRY, GRIP, MASS, NS, ROLLING, WHEEL, YAW, geometry, velocities, wheel_states
+from test_contact import DRY, MASS, NS, WHEEL, YAW, pushed_by_wheels, velocities, wheel_states
 
 from bench.ground.contact import MAX_WALL_SWEEPS, Contact
 from bench.ground.walls import WallRows
@@ -47,7 +47,7 @@ def check_laws(layout, contact, walls, touches, before, wheels, after) -> None:
         assert all(normal >= 0.0 for normal, _ in walls.impulses_ns)
         assert energy(contact, after) <= energy_with(wheels, before) + CAPPED_J
         return
-    px, py, pw = MASS * before[0], MASS * before[1], YAW * before[2]
+    px, py, pw = pushed_by_wheels(layout, contact, wheels, after)
     for (_, nx, ny, friction), (normal, tangent) in zip(touches, walls.impulses_ns, strict=True):
         px += nx * normal - ny * tangent
         py += ny * normal + nx * tangent
@@ -61,24 +61,8 @@ def check_laws(layout, contact, walls, touches, before, wheels, after) -> None:
         assert abs(tangent) <= friction * normal + NS
         if abs(rim) > MPS:
             assert tangent == pytest.approx(-math.copysign(friction * normal, rim), abs=NS)
-    rows = zip(geometry(layout), wheels, contact.speeds_radps, contact.impulses_ns, strict=True)
-    for (ax, ay, arm, arm_across, rc), (momentum, dry, load), speed, (along, across) in rows:
-        px += ax * along - ay * across
-        py += ay * along + ax * across
-        pw += arm * along + arm_across * across
-        slip = ax * vx + ay * vy + arm * omega - rc * speed
-        assert abs(along) <= GRIP * load + NS
-        if abs(slip) > MPS:
-            assert along == pytest.approx(-math.copysign(GRIP * load, slip), abs=NS)
-        side = ax * vy - ay * vx + arm_across * omega
-        assert abs(across) <= ROLLING * load + NS
-        if abs(side) > MPS:
-            assert across == pytest.approx(-math.copysign(ROLLING * load, side), abs=NS)
-        friction = momentum - rc * along - WHEEL * speed
-        assert abs(friction) <= dry + rc * NS
-        if abs(rc * speed) > MPS:
-            assert friction == pytest.approx(math.copysign(dry, speed), abs=rc * NS)
-    assert (px, py, pw) == pytest.approx((MASS * vx, MASS * vy, YAW * omega), abs=NS)
+    was, now = ((MASS * vx, MASS * vy, YAW * omega) for vx, vy, omega in (before, after))
+    assert (was[0] + px, was[1] + py, was[2] + pw) == pytest.approx(now, abs=NS)
 
 
 @st.composite
