@@ -1,5 +1,6 @@
 """The command line as a person meets it: words, exit statuses, and one sentence where something is wrong."""
 
+import gc
 import json
 import os
 import signal
@@ -130,6 +131,25 @@ def test_decode_a_can_log(call, tmp_path):
     assert status == 0
     assert (first["can_id"], first["decoded"]["current_3_ma"]) == (0x200, -600)
     assert second["decoded"] == {"angle_counts": 4321, "speed_rpm": 12300, "current_ma": 850}
+
+
+# python-can's readers leave the file open that they refuse.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning", "ignore::ResourceWarning")
+@pytest.mark.parametrize("ending", ["blf", "log.gz", "db", "asc"])
+def test_decode_a_damaged_can_log_of_any_kind(call, tmp_path, ending):
+    log = tmp_path / f"cut.{ending}"
+    with can.Logger(log) as writer:
+        for number in range(200):
+            writer(can.Message(timestamp=number / 1000, arbitration_id=0x201, data=bytes(8), is_extended_id=False))
+    whole = log.read_bytes()
+    assert call("decode", "c610", log)[0] == 0
+    log.write_bytes(whole[: len(whole) // 2])  # as a logger leaves it that was killed
+    status, out, err = call("decode", "c610", log)
+    assert status in (0, 2), "python-can reads some of them up to the cut"
+    assert out or "is no CAN log that can be read (" in err
+    log.write_bytes(b"\x00\xff" * 100)
+    assert call("decode", "c610", log)[0] in (1, 2)
+    gc.collect()  # here, where the warning is known
 
 
 def test_decode_slamware(call, tmp_path):

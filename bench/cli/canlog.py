@@ -16,7 +16,7 @@ def frames(path: Path) -> Iterator[LoggedFrame]:
     if not path.is_file():
         raise UsageError(f"{path}: is no file; give a CAN log such as candump's")
     try:
-        # The reader says of each kind of damage something else; to the user they are one fault: not such a log.
+        # The readers raise what their parsers, zlib, struct and SQLite do; to the user that is one fault: no such log.
         with can.LogReader(path) as messages:
             for message in messages:
                 if message.is_error_frame or message.is_fd:
@@ -28,5 +28,6 @@ def frames(path: Path) -> Iterator[LoggedFrame]:
                     message.is_extended_id,
                     message.dlc if message.is_remote_frame else None,
                 )
-    except (ValueError, IndexError, OSError, EOFError) as error:
-        raise UsageError(f"{path}: is no CAN log that can be read ({error}); candump's .log is one") from None
+    except Exception as error:
+        why = str(error) or type(error).__name__
+        raise UsageError(f"{path}: is no CAN log that can be read ({why}); candump's .log is one") from None
