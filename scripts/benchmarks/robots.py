@@ -16,12 +16,13 @@ from statistics import median
 
 import pymunk
 
+from bench.arena import FIELD
 from bench.check.recording import BLOCK_TICKS, RunInfo
 from bench.check.run import Run
 from bench.config import Robot, robot_names
 from bench.loop import simulated
 from bench.messages import BodyTwist, TickInput
-from bench.plant import FIELD, STEP_S, Plant
+from bench.plant import STEP_S, Plant
 from bench.rc.transmitter import Sticks, Transmitter
 from benchmarks.empty_call import beside, told_for_reference
 from benchmarks.table import Row, Sample

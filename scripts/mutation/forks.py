@@ -32,7 +32,8 @@ class Ended(NamedTuple):
 
 def forks(jobs: int, pieces: Iterable[Piece], task: Callable[[Piece], object]) -> Iterator[tuple[Piece, Ended]]:
     """Do each piece of work in a fork of this process, `jobs` at a time; pieces come back as they are done."""
-    waiting, running = iter(pieces), {}
+    waiting = iter(pieces)
+    running: dict[int, tuple[int, Piece]] = {}
     while True:
         while len(running) < jobs:
             piece = next(waiting, None)
