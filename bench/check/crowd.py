@@ -155,7 +155,7 @@ class _Worker:
     def give(self, index: int, item: object) -> None:
         """The next run."""
         self.index = index
-        with suppress(BrokenPipeError):  # it has died: that is its answer
+        with suppress(ConnectionError):  # it has died: that is its answer
             self.connection.send((index, item))
 
     def answer(self) -> _Answer | None:
@@ -187,7 +187,7 @@ def _serve(connection: Connection, one: Callable[[Any, Tell], Any], shares: Any,
     """One run after another, until the one that gives them is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    with suppress(EOFError, BrokenPipeError):
+    with suppress(EOFError, ConnectionError):
         while True:
             index, item = connection.recv()
             connection.send(_done(one, index, item, shares, stop))
