@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 
 FRAMES_PER_S = 20
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+READY_TICKS = 100
+"""A base arms by a switch that it has seen at rest: what is pressed before its first frames waits for these."""
+AT_ONCE = ("space", "escape", "ctrl+q", "ctrl+c")
 SIGNS = {"=": "+", "_": "-"}
 """What the keys of + and - give without, or with, shift."""
 Tell: TypeAlias = Callable[[str], object]
@@ -70,8 +73,9 @@ class Dashboard(App[None], inherit_bindings=False):
         self._opening = opening
         self.refused: Exception | None = None
         """Why there is no session."""
+        self._keys_wait = session is None
         self._early: list[tuple[str, float]] = []
-        """Keys that came before it, and when."""
+        """Keys that wait for it, and when they came."""
         self._panels: dict[str, Panel] = {}
         self._pad_place: Place | None = None
         self._settled = False
@@ -121,8 +125,6 @@ class Dashboard(App[None], inherit_bindings=False):
             return
         if self.terminal is not None:
             self.terminal.begin_watch()  # nothing was asked until now
-        for key, at_s in self._early:
-            self._press(key, at_s)
         self._begin()
 
     def _begin(self) -> None:
@@ -211,14 +213,25 @@ class Dashboard(App[None], inherit_bindings=False):
         else:
             self._look_after_terminal()
             self.session.frame()
+            self._hear_early()
         if not self._leave_if_over():
             picture, terminal = self._draw(), self.terminal
             if terminal is not None and terminal.backlog <= BACKLOG:
                 terminal.paint(picture, terminal.watch.ask(now_ns(), self.size.width))
 
+    def _hear_early(self) -> None:
+        """The keys that came before the bench, once it can heed them."""
+        if self._keys_wait and self.session.link.newest_tick >= READY_TICKS:
+            self._keys_wait = False
+            early, self._early = self._early, []
+            for key, at_s in early:
+                self._press(key, at_s)
+
     def _press(self, key: str, at_s: float) -> None:
         """A key that was received at that time. One that moves something is not heard if it may be an old one."""
-        if self._session is None:
+        if key == "space":
+            self._early.clear()  # a stop takes back what was pressed before it
+        if self._session is None or (self._keys_wait and key not in AT_ONCE):
             self._early.append((key, at_s))
             return
         if key == "ctrl+z":

@@ -1,11 +1,13 @@
 """The screen before the bench: every pane stands where it will, nothing of the bench is needed, no key is lost."""
 
+import asyncio
 import subprocess
 import sys
 
 import pytest
-from desk import at_the_keys
+from desk import at_the_keys, frame
 from pty_terminal import PtyTerminal
+from textual import events
 
 from bench.arena import FIELD
 from bench.config import load_robot, robot_names
@@ -14,6 +16,7 @@ from bench.screen.opening import BUILDING, FIELD_M, opening_of
 from bench.screen.text import plain
 from bench.screen.view import PANELS as DRAWN
 from bench.screen.view import draw, places
+from bench.tui import Dashboard
 
 SIZES = [(59, 20), (60, 16), (80, 24), (120, 40), (200, 60)]
 
@@ -71,6 +74,30 @@ heavy = ("pymunk", "can", "serial", "numpy", "bench.config", "bench.arena", "ben
 print([name for name in heavy if name in sys.modules])"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("keys", "armed"), [(["enter"], True), (["enter", "space"], False), (["space", "enter"], True), (["w", "f"], False)]
+)
+def test_keys_pressed_while_the_bench_is_built_count_when_it_heeds_them(keys, armed, tmp_path):
+    def prepare():
+        for key in keys:
+            app.post_message(events.Key(key, None))
+        return at_the_keys()
+
+    async def run():
+        async with app.run_test(size=(80, 24)) as pilot:
+            while not app.has_session:
+                await pilot.pause()
+            for _ in range(30):
+                frame(app, 20)
+                await pilot.pause()
+
+    app = Dashboard(None, prepare, opening_of(None, None, tmp_path / "none"))
+    asyncio.run(run())
+    snapshot = app.session.link.latest()
+    assert snapshot.armed is armed
+    assert snapshot.field_centric is ("f" in keys)
 
 
 @pytest.fixture
