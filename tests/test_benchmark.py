@@ -2,6 +2,7 @@
 
 import random
 import re
+import subprocess
 import sys
 import time
 import timeit
@@ -27,6 +28,7 @@ from benchmarks.table import Row, table
 from beside.reference_loop import LibraryLoop
 
 SHARE = 0.002
+SCRIPTS = Path(benchmark.__file__).parent
 
 
 def demo_factors(*values):
@@ -268,3 +270,22 @@ def test_apps_measure_themselves_in_a_terminal(kind):
     facts = dashboard._Child(kind, dashboard.VIEWS[0], 3).facts()
     assert facts
     assert all(value > 0.0 for value in facts.values())
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for a process in /proc, which is Linux's")
+def test_an_app_does_not_outlive_a_benchmark_that_was_killed():
+    code = f"""
+import os, sys, time
+sys.path.insert(0, {str(SCRIPTS)!r})
+from benchmarks import dashboard
+child = dashboard._Child("stock", dashboard.VIEWS[0], 100000)
+while b"\\x1b[" not in child._app.said:  # it draws
+    time.sleep(0.05)
+print(child._app._process.pid, flush=True)
+os.kill(os.getpid(), 9)
+"""
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    app, deadline = Path(f"/proc/{int(done.stdout)}"), time.monotonic() + 20.0
+    while app.exists() and "Z" not in (app / "stat").read_text().split()[2]:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
