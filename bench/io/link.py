@@ -61,6 +61,8 @@ class InlineLink(Followed):
 
     lead_ticks = 0
     """What an operator does now takes effect in the next tick."""
+    missing: tuple[str, ...] = ()
+    """Ports that are lost: there are none here."""
 
     def __init__(
         self,
@@ -203,9 +205,6 @@ class InlineLink(Followed):
         join(self.bench, event)
         if self.history is not None:
             self.history.joined(self.bench.now_tick, event)
-
-    missing: tuple[str, ...] = ()
-    """Ports that are lost: there are none here."""
 
     def take_notices(self) -> list[str]:
         """What the loop has to say to the person: nothing, in one's own process."""

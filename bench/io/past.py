@@ -15,7 +15,7 @@ from typing import Protocol
 from bench.config import Robot
 from bench.io.look import Look, Seen
 from bench.io.scope import PATIENCE_TICKS, Scope, ScopePicture, ScopeSettings
-from bench.io.wires.counts import KEPT_EVERY, MARK_TICKS, MARKS
+from bench.io.wires.counts import KEPT_EVERY_TICKS, MARK_TICKS, MARKS
 from bench.io.wires.wiretap import Wiretap
 from bench.messages import TickOutput
 
@@ -27,7 +27,7 @@ LEAD_TICKS = 400
 """So long before the first tick that counts decoders are fed, and signals sampled: both begin without a past."""
 MOST_BEFORE_TICKS = 3000
 """So far before the left edge of a scope's picture a trigger is looked for."""
-OLDEST_KEPT_TICKS = 6 * KEPT_EVERY
+OLDEST_KEPT_TICKS = 6 * KEPT_EVERY_TICKS
 """Figures that were kept longer ago are of no use: too much would have to be built from there."""
 
 

@@ -160,17 +160,17 @@ class _Loop:
         self._look_tick = tick + LOOK_TICKS
         self._hear()
         self._every_look()
-        now = now_ns()
+        at_ns = now_ns()
         if self._rig is not None:
-            self._watch_operator(self._rig, now)
+            self._watch_operator(self._rig, at_ns)
             self._send_notices(self._rig)
-        if now - self._state_ns >= STATE_NS:
-            self._state_ns = now
+        if at_ns - self._state_ns >= STATE_NS:
+            self._state_ns = at_ns
             self._send_state()
         return self._stop
 
-    def _watch_operator(self, rig: Rig, now: int) -> None:
-        silent = now - self._beat_ns > OPERATOR_SILENCE_NS
+    def _watch_operator(self, rig: Rig, at_ns: int) -> None:
+        silent = at_ns - self._beat_ns > OPERATOR_SILENCE_NS
         if silent != rig.operator_silent:
             rig.operator_silent = silent
             what = "the operator is silent: zero until that changes" if silent else "the operator is back"

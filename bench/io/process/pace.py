@@ -55,9 +55,9 @@ class Lead:
 
     def due(self, now_tick: int) -> int:
         """For how many ticks more, now that the child is at `now_tick`. Asked once a frame."""
-        now = now_ns()
-        frame_ticks = (now - self._asked_ns) // TICK_NS if self._asked_ns else 0
-        self._asked_ns = now
+        at_ns = now_ns()
+        frame_ticks = (at_ns - self._asked_ns) // TICK_NS if self._asked_ns else 0
+        self._asked_ns = at_ns
         self.ticks = max(LEAD_TICKS, min(MOST_LEAD_TICKS, max(2 * frame_ticks, self.ticks - 1)))
         self.made_tick = max(self.made_tick, now_tick)  # away for long: what nobody asked for in time is not made
         return max(0, now_tick + self.ticks - self.made_tick)

@@ -14,7 +14,7 @@ MARK_TICKS, MARKS = 100, 10
 """Rates are over the last second, counted in tenths of it."""
 MOST_ROWS = 96
 """A bus full of strangers fills no memory: what comes after these is only counted."""
-KEPT_EVERY, MOST_KEPT = 1000, 3600
+KEPT_EVERY_TICKS, MOST_KEPT = 1000, 3600
 """The figures are kept once a second, some 4 kB, for whoever looks back; after an hour every second time."""
 
 Figures: TypeAlias = tuple[str, str, str, int, int, int, int, bytes, Words | None]
@@ -63,7 +63,7 @@ class Counts:
         self.rows: dict[tuple[str, object], Row] = {}
         self.errors = dict.fromkeys(ORDER, 0)
         self.kept: list[Kept] = []
-        self._keep_every = KEPT_EVERY
+        self._keep_every_ticks = KEPT_EVERY_TICKS
         self._marks: deque[int] = deque([0], maxlen=MARKS + 1)
 
     def row(self, wire: str, key: object, shown: str, name: Callable[[], str]) -> Row | None:
@@ -78,7 +78,7 @@ class Counts:
         self._marks.append(tick)
         for row in self.rows.values():
             row.marks.append((row.count, row.bits))
-        if tick % self._keep_every == 0:
+        if tick % self._keep_every_ticks == 0:
             self._keep(tick)
 
     def seconds(self, tick: int) -> float:
@@ -95,7 +95,7 @@ class Counts:
         other = Counts()
         other._marks = deque([tick], maxlen=MARKS + 1)
         other.kept = [kept for kept in self.kept if kept.tick <= tick]
-        other._keep_every = self._keep_every
+        other._keep_every_ticks = self._keep_every_ticks
         if other.kept and other.kept[-1].tick == tick:
             kept = other.kept[-1]
             other.errors = dict(kept.errors)
@@ -106,5 +106,5 @@ class Counts:
         rows = tuple((key, row.figures()) for key, row in self.rows.items())
         self.kept.append(Kept(tick, dict(self.errors), rows))
         if len(self.kept) > MOST_KEPT:
-            self._keep_every *= 2
-            self.kept = [kept for kept in self.kept if kept.tick % self._keep_every == 0]
+            self._keep_every_ticks *= 2
+            self.kept = [kept for kept in self.kept if kept.tick % self._keep_every_ticks == 0]

@@ -11,6 +11,7 @@ from bench import rc_decode
 from bench.base import RC_PAUSE_US
 from bench.canbus.bits import frame_bits
 from bench.config import Robot
+from bench.io.address import CAN_BITRATE
 from bench.io.wires.counts import MARK_TICKS, Counts, Row
 from bench.io.wires.log import LOGGED, WireLog
 from bench.io.wires.table import CAN, CORE, ORDER, RC, WireRow, WireSum, WireTable
@@ -21,7 +22,6 @@ from bench.slamware import FrameDecoder, SlamwareEvent, SlamwareFrame, SlamwareN
 from bench.slamware.commands import SUB_COMMANDS
 from bench.slamware.framing import CONTROL_BUS, ERROR
 
-CAN_BITRATE = 1_000_000
 CORE_BAUD, CORE_BYTE_BITS = 115_200, 10
 FOLLOW_TICKS = 50
 """What was is told as it would have been at 20 frames a second."""
