@@ -20,6 +20,7 @@ from bench.motors import emulated_escs
 from bench.noise import SILENT, Noise, NoisyFeedback
 from bench.plant import Plant
 from bench.slamware.core_side import SlamwareCore
+from bench.wires.timing import Timing
 
 
 class Motors(Protocol):
@@ -73,12 +74,14 @@ class World:
         self.robot = robot
         self.core = core
         self.motors = motors
+        self.timing: Timing | None = None
+        """Set where wires take their time; otherwise all that is sent in a millisecond arrives in it."""
         self._feedback: tuple[CanFrame, ...] = ()
         self._answer = b""
 
     def take_over(self, world: World) -> None:
         """Stand in another world's place in the middle of a run: what is under way on its wires stays so."""
-        self._feedback, self._answer = world._feedback, world._answer
+        self._feedback, self._answer, self.timing = world._feedback, world._answer, world.timing
 
     @property
     def plant(self) -> Plant:
@@ -95,10 +98,18 @@ class World:
             core.ask(core_twist)
         # Most ticks find the core waiting for an answer or for its time: a call less.
         request = core.step(tick, self._answer) if self._answer or tick >= core.act_tick else b""
+        timing = self.timing
+        if timing is not None:
+            rc, request = timing.rc(rc), timing.requests(request)
         return rc, request, self._feedback
 
     def hear(self, tick: int, can_out: Sequence[CanFrame], slamware_out: bytes) -> tuple[CanFrame, ...]:
         """Let the motors take the commands; keep the answer for the core. Returns this tick's feedback frames."""
-        self._answer = slamware_out
-        self._feedback = self.motors.step(tick, can_out)
+        timing = self.timing
+        if timing is None:
+            self._answer = slamware_out
+            self._feedback = self.motors.step(tick, can_out)
+        else:
+            self._answer = timing.answers(slamware_out)
+            self._feedback = timing.reports(tick, self.motors.step(tick, timing.commands(tick, can_out)))
         return self._feedback

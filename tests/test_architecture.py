@@ -17,11 +17,12 @@ ONLY_IN = {
     "rich": ("tui.py", "screen/"),
     "pymunk": ("plant.py",),
     "serial": ("io/ports.py", "io/kinds/serial_device.py", "io/surroundings.py"),
-    "can": ("io/ports.py", "io/kinds/bus_port.py", "cli/canlog.py"),
+    "can": ("io/ports.py", "io/kinds/bus_port.py", "io/timed_can.py", "cli/canlog.py"),
     "time": ("io/clock.py",),
     "datetime": (),
     "random": ("check/faulty/",),  # a seeded generator for each fault
-    "threading": ("cli/headless.py",),  # which thread may catch signals; nothing runs in another one
+    # Which thread may catch signals; and a bus whose nodes may be in any thread of somebody else's program.
+    "threading": ("cli/headless.py", "io/timed_can.py"),
     "signal": ("cli/headless.py", "tui.py", "io/forked.py", "check/crowd.py"),
     "asyncio": ("screen/web.py",),  # whose turn it is, among pages; nothing of the bench
     "aiohttp": ("screen/web.py",),
@@ -62,6 +63,7 @@ BUILDS_ON = {
     "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
     "rc_decode.py": FOUNDATION | {"bench.rc"},
     "arena.py": FOUNDATION,
+    "wires/": FOUNDATION | {"bench.wires", "bench.canbus", "bench.rc.line"},
     "noise.py": FOUNDATION,
     "plant.py": FOUNDATION | {"bench.arena", "bench.ground", "bench.kinematics"},
 }

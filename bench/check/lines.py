@@ -17,6 +17,8 @@ from typing import TypeAlias
 from bench.messages import CanFrame, StateRow
 
 CAN_LOG, RC_LOG, SLAMWARE_LOG, STATE_CSV = "can.log", "rc.log", "slamware.log", "state.csv"
+BUS_LOG = "bus.log"
+"""Where the CAN bus takes its time: the same frames and those of other nodes, each when it was through, to the us."""
 CORE_TO_BASE, BASE_TO_CORE = "slamware core->base", "slamware base->core"
 RC, STATE = "rc", "state"
 
@@ -109,6 +111,14 @@ def _any_can_lines(ticks: Sequence[int], commands: Sequence[Frames], feedback: S
         for can_id, data in sent + answered:
             add(f"{stamp}{ids[can_id]}{data.hex().upper()}\n")
     return "".join(lines)
+
+
+def bus_lines(frames: Sequence[tuple[int, CanFrame]]) -> str:
+    """Candump lines of a bus that takes its time: (when it was through in us, frame)."""
+    return "".join(
+        f"({us // 1_000_000}.{us % 1_000_000:06d}) can0 {can_id:03X}#{data.hex().upper()}\n"
+        for us, (can_id, data) in frames
+    )
 
 
 def rc_lines(ticks: Sequence[int], rc: Sequence[bytes]) -> str:

@@ -37,6 +37,7 @@ from bench.config import ConfigError, load_robot
 from bench.messages import TICK_US, CanFrame, TickOutput
 from bench.motors import family
 from bench.noise import Noise
+from bench.wires.settings import SLAMWARE_BAUD, UNTIMED, Wires, node_of
 
 if TYPE_CHECKING:
     from bench.check.arrays import CanArrays
@@ -105,6 +106,15 @@ class Recording:
         """What was done to the motors' feedback."""
         info = self.info
         return Noise(info.noise_angle_counts or 0, info.noise_late_ticks or 0, info.noise_loss_ppm or 0, info.seed)
+
+    @property
+    def wires(self) -> Wires:
+        """How long things took on the wires."""
+        info = self.info
+        if info.wires_can_bitrate is None:
+            return UNTIMED
+        also = tuple(map(node_of, (info.wires_also or "").split()))
+        return Wires(info.wires_can_bitrate, info.wires_slamware_baud or SLAMWARE_BAUD, also)
 
     @cached_property
     def family(self) -> Family:

@@ -27,11 +27,13 @@ from types import TracebackType
 from bench import __version__
 from bench.check.firmware_log import FIRMWARE_LOG, PrintedLine, printed_lines
 from bench.check.lines import (
+    BUS_LOG,
     CAN_LOG,
     RC_LOG,
     SLAMWARE_LOG,
     STATE_CSV,
     StateFormat,
+    bus_lines,
     can_lines,
     rc_lines,
     slamware_lines,
@@ -39,14 +41,14 @@ from bench.check.lines import (
 from bench.config.emit import toml_text
 from bench.config.table import read_file
 from bench.errors import BenchError, SurroundingsError
-from bench.messages import STATE_PERIOD_TICKS, TICK_US, TickOutput
+from bench.messages import STATE_PERIOD_TICKS, TICK_US, CanFrame, TickOutput
 
 SCHEMA = 1
 RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "profile.toml", "golden.toml"
 SCENARIO_TOML, FAULTS_LOG, ARENA_TOML = "scenario.toml", "faults.log", "arena.toml"
 # can.log is written last: a tick that has begun there stands in the other files, wherever a run was cut off.
 LOGS = (RC_LOG, SLAMWARE_LOG, STATE_CSV, CAN_LOG)
-FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG, ARENA_TOML, FIRMWARE_LOG)
+FILES = (*LOGS, RUN_TOML, ROBOT_TOML, PROFILE_TOML, SCENARIO_TOML, FAULTS_LOG, ARENA_TOML, FIRMWARE_LOG, BUS_LOG)
 
 BY_HAND = """schema = 1
 name = "by hand"
@@ -90,6 +92,10 @@ class RunInfo:
     """How bad the motors' feedback was made; None: it was not."""
     noise_late_ticks: int | None = None
     noise_loss_ppm: int | None = None
+    wires_can_bitrate: int | None = None
+    """Where wires took their time; None: they did not."""
+    wires_slamware_baud: int | None = None
+    wires_also: str | None = None
     role: str | None = None
     """Which part was real, where one was: `base`, `core` or `motors`."""
     tick_us: int = TICK_US
@@ -102,7 +108,8 @@ class Recorder:
     """Writes one recording. A context manager; `close` ends the run.
 
     `robot_file` and `profile_file` are copied in, `scenario` and `arena` are the texts of their files; `heard` gives
-    what a firmware has printed since the last call, and is told whether the run is over. The directory is made; one
+    what a firmware has printed since the last call, and is told whether the run is over; `on_bus` gives what has been
+    on a timed CAN bus since the last call, (time in us, frame). The directory is made; one
     that already holds something is refused unless `overwrite`, which removes the files of a recording and nothing else,
     and never a golden. Raises RecordingError where the place cannot be written, at once or later from `add`; what is on
     disk then stays.
@@ -119,6 +126,7 @@ class Recorder:
         scenario: bytes | None = None,
         arena: str = "",
         heard: Callable[[bool], Sequence[PrintedLine]] | None = None,
+        on_bus: Callable[[], Sequence[tuple[int, CanFrame]]] | None = None,
         overwrite: bool = False,
     ) -> None:
         if not state_columns or state_columns[0] != "t_s":
@@ -129,6 +137,7 @@ class Recorder:
         self._block: list[TickOutput] = []
         self._files: dict[str, FileIO] = {}
         self._heard = heard
+        self._on_bus = on_bus
         self._state = StateFormat(len(state_columns))
         header = (",".join(state_columns) + "\n").encode()
         copies = {ROBOT_TOML: read_bytes(robot_file)}
@@ -199,6 +208,7 @@ class Recorder:
         )
         try:
             self._write_heard(is_over=False)  # first: what a firmware said is there where its frames are
+            self._write_on_bus()
             for name, text in zip(LOGS, texts, strict=True):
                 self._write(name, text.encode())
         except RecordingError:
@@ -238,6 +248,13 @@ class Recorder:
         if FIRMWARE_LOG not in self._files:
             self._open(FIRMWARE_LOG)
         self._write(FIRMWARE_LOG, printed_lines(lines).encode())
+
+    def _write_on_bus(self) -> None:
+        if self._on_bus is None:
+            return
+        if BUS_LOG not in self._files:
+            self._open(BUS_LOG)
+        self._write(BUS_LOG, bus_lines(self._on_bus()).encode())
 
     def _open(self, name: str) -> None:
         path = self.directory / name

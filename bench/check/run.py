@@ -25,6 +25,8 @@ from bench.errors import UsageError
 from bench.loop import Bench, simulated
 from bench.messages import TickInput, TickOutput
 from bench.noise import SILENT, Noise
+from bench.wires.settings import UNTIMED, Wires
+from bench.wires.timing import Timing
 
 
 @dataclass(slots=True)
@@ -71,6 +73,7 @@ class Run:
             scenario=self.scenario,
             arena=text,
             heard=getattr(self.bench.base, "log_lines", None),
+            on_bus=self.bench.world.timing.take_log if self.bench.world.timing is not None else None,
             overwrite=overwrite,
         )
 
@@ -113,17 +116,24 @@ class Run:
         return observed
 
 
-def bench_in(robot: Robot, arena: Arena, noise: Noise = SILENT, build: Build = Base) -> Bench:
+def bench_in(robot: Robot, arena: Arena, noise: Noise = SILENT, build: Build = Base, wires: Wires = UNTIMED) -> Bench:
     """The simulated bench in an arena, with our base or another. Raises UsageError where a robot cannot begin."""
     why = arena.in_the_way(robot.body.radius_m, arena.start)
     if why:
         raise UsageError(f"arena {arena.name!r}: {why}; give it another [start]")
     bench = simulated(robot, arena, noise)
+    bench.world.timing = Timing(wires, robot.rc.protocol if robot.rc else None) if wires.is_on else None
     return bench if build is Base else Bench(build(robot), bench.world)
 
 
 def info_of(
-    robot: Robot, controller: str | None = None, *, scenario: str | None = None, seed: int = 0, noise: Noise = SILENT
+    robot: Robot,
+    controller: str | None = None,
+    *,
+    scenario: str | None = None,
+    seed: int = 0,
+    noise: Noise = SILENT,
+    wires: Wires = UNTIMED,
 ) -> RunInfo:
     """What run.toml says of a run of this robot; `controller` as `bench.check.controllers` names it."""
     return RunInfo(
@@ -136,4 +146,7 @@ def info_of(
         noise_angle_counts=noise.angle_counts or None,
         noise_late_ticks=noise.late_ticks or None,
         noise_loss_ppm=noise.loss_ppm or None,
+        wires_can_bitrate=wires.can_bitrate or None,
+        wires_slamware_baud=wires.slamware_baud if wires.is_on else None,
+        wires_also=wires.also_text or None,
     )

@@ -19,6 +19,9 @@ vx_mps = 0.25
 [noise]                     # on the feedback of the motors; see `bench.noise`
 loss = 0.01
 
+[wires]                     # the bus and the lines take their time; see `bench.wires.settings`
+can_bitrate = 500000
+
 [[fault]]                   # see `faults`
 wire = "rc"
 kind = "drop"
@@ -53,6 +56,7 @@ from bench.config.emit import toml_text
 from bench.messages import BodyTwist
 from bench.noise import SILENT, Noise, read_noise
 from bench.rc.transmitter import Sticks
+from bench.wires.settings import UNTIMED, Wires, read_wires
 
 MOST_ON_THE_WIRE = 32767
 """m/s and rad/s: what a request of the core can say (Q16)."""
@@ -79,6 +83,7 @@ class Scenario:
     checks: Checks = field(default_factory=Checks)
     arena: Arena = FIELD
     noise: Noise = SILENT
+    wires: Wires = UNTIMED
     sticks: tuple[tuple[int, Sticks], ...] = ()
     """(tick, sticks) in order of time; empty where the stream is a capture's."""
     text: bytes = b""
@@ -138,6 +143,7 @@ def _read(data: Table, text: bytes, alone: bool) -> Scenario:
         seed=seed,
         arena=_read_arena(data, path, name, alone),
         noise=read_noise(data.table("noise", optional=True), seed),
+        wires=read_wires(data.table("wires")) if data.has("wires") else UNTIMED,
         expectations=tuple(map(read_expectation, data.tables("expect", optional=True))),
         controller=data.get("controller", str, None),
         odometry=data.get("odometry", str, None),

@@ -43,6 +43,7 @@ from bench.messages import TickInput
 from bench.plant import Plant
 from bench.rc.capture import Capture, by_tick, load_capture
 from bench.rc.transmitter import sent_by_tick
+from bench.wires.timing import Timing
 from bench.world import RecordedMotors, SimulatedMotors
 
 TAIL_TICKS = 1000
@@ -124,13 +125,16 @@ def run_of(
     chosen = _chosen(scenario, built, controller)
     built = with_choices(chosen.robot, None, odometry)
     rc = _rc_of(scenario, built)
-    bench = bench_in(built, load_arena(arena) if arena is not None else scenario.arena, scenario.noise, chosen.build)
+    place = load_arena(arena) if arena is not None else scenario.arena
+    bench = bench_in(built, place, scenario.noise, chosen.build, scenario.wires)
     return Run(
         title=scenario.name,
         bench=bench,
         ticks=scenario.ticks,
         inputs=_scenario_inputs(scenario, rc),
-        info=info_of(built, chosen.name, scenario=scenario.name, seed=scenario.seed, noise=scenario.noise),
+        info=info_of(
+            built, chosen.name, scenario=scenario.name, seed=scenario.seed, noise=scenario.noise, wires=scenario.wires
+        ),
         judge=_judge(scenario, bench),
         injector=_injector(scenario, bench),
         checks=CrossWire(built, bench.state_columns, scenario.checks),
@@ -206,6 +210,9 @@ def from_recording(path: Path, *, recorded_can: bool = False, controller: str | 
         else simulated_motors(built, arena, recording.noise)
     )
     bench = replayed(built, motors)
+    if recording.wires.is_on and not recorded_can:  # recorded feedback has come over its wires already
+        # So have RC bytes and requests, which `replayed` takes past the lines.
+        bench.world.timing = Timing(recording.wires, None)
     if chosen.build is not Base:
         bench = Bench(chosen.build(built), bench.world)
     scenario = load_scenario(recording.scenario_file, alone=True) if recording.scenario_file else None

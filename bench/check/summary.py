@@ -101,6 +101,7 @@ class Summary:
             "odometry": run.bench.robot.odometry,
             "bus_findings": list(run.bench.bus_findings),
             "checks": [outcome.as_dict() for outcome in run.checks.outcomes()] if run.checks else [],
+            **({"wires": timing.facts(self.ticks)} if (timing := run.bench.world.timing) else {}),
             **({"output": said} if (said := _said(run)) else {}),
             **({"bad_currents": bad} if (bad := run.bench.world.plant.bad_currents) else {}),
         }
@@ -131,6 +132,12 @@ class Summary:
             f"can       {self.can_commands} commands, {self.can_feedback} feedback frames;"
             f" at most {self.top_current_a:.2f} A in a motor"
         )
+        timing = run.bench.world.timing
+        if timing is not None:
+            yield (
+                f"wires     the bus was {100 * timing.load(self.ticks):.1f} % full; never sent: {timing.lost_commands}"
+                f" commands, {timing.lost_reports} feedback frames, {timing.lost_bytes} bytes on serial lines"
+            )
         if self.link_changes and isinstance(run.bench.base, Base):
             changes = self.link_changes[:LINK_CHANGES_SHOWN]
             yield "link      " + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in changes)

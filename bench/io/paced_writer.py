@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bench.io.serial_port import SerialPort
 from bench.rc.line import Settings
+from bench.wires.uart import Paced
 
 
 class PacedWriter:
@@ -13,28 +14,15 @@ class PacedWriter:
 
     def __init__(self, port: SerialPort, settings: Settings) -> None:
         self.port = port
-        bits = 9 + settings.even_parity + settings.stop_bits
-        self._bytes_per_tick = settings.baud / bits / 1000.0
-        self._credit = 0.0
-        self._waiting = bytearray()
+        self._line = Paced(settings)
 
     def put(self, data: bytes) -> None:
         """Queue; more than half a second's worth is dropped from the front and counted by the port."""
-        self._waiting += data
-        surplus = len(self._waiting) - round(500 * self._bytes_per_tick) - 64
-        if surplus > 0:
-            del self._waiting[:surplus]
-            self.port.dropped_bytes += surplus
+        self.port.dropped_bytes += self._line.put(data)
 
     def step(self) -> bytes:
         """Send what a millisecond carries; what that was."""
-        if not self._waiting:
-            self._credit = 0.0
-            return b""
-        self._credit += self._bytes_per_tick
-        count = int(self._credit)
-        self._credit -= count
-        data = bytes(self._waiting[:count])
-        del self._waiting[:count]
-        self.port.write(data)
+        data = self._line.step()
+        if data:
+            self.port.write(data)
         return data

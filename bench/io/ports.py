@@ -123,6 +123,7 @@ class WiredWorld(World):
     def __init__(self, world: World, *, rc: str = "sim:", slamware: str = "sim:", can: str = "sim:") -> None:
         super().__init__(world.robot, core=world.core, motors=world.motors)
         self._inner = world
+        self.timing = world.timing
         self._rc = self._slamware = None
         self._can: VirtualCanWire | None = None
         try:

@@ -1,0 +1,161 @@
+"""The bus with time as python-can's programs see it: an interface like any other, in real time."""
+
+import threading
+import time
+from itertools import pairwise
+
+import can
+import pytest
+
+from bench.canbus.bits import frame_bits
+from bench.config import load_robot
+from bench.io.can_port import open_can
+from bench.io.emulated.devices import EscsOnBus
+from bench.m2006 import decode_feedback, encode_command
+
+BITRATE = 50_000  # slow enough that a busy machine changes no order: a frame lasts 2.5 ms
+
+
+@pytest.fixture
+def node(request):
+    """Opens nodes of a channel of this test alone."""
+    opened = []
+
+    def join(bitrate=BITRATE, **options):
+        opened.append(can.Bus(request.node.name, interface="wheelbench", bitrate=bitrate, **options))
+        return opened[-1]
+
+    yield join
+    for bus in opened:
+        bus.shutdown()
+
+
+def message(can_id, data=bytes(8), **more):
+    return can.Message(arbitration_id=can_id, data=data, is_extended_id=False, **more)
+
+
+def test_python_can_knows_it_by_its_name():
+    assert "wheelbench" in can.VALID_INTERFACES
+
+
+def test_what_one_sends_the_others_hear_when_it_is_through(node):
+    one, two, three = node(), node(), node()
+    began = time.monotonic()
+    one.send(message(0x201, b"\x01\x02\x03"))
+    heard = two.recv(10)
+    took_s = time.monotonic() - began
+    assert (heard.arbitration_id, bytes(heard.data), heard.is_rx) == (0x201, b"\x01\x02\x03", True)
+    assert took_s >= (frame_bits(0x201, b"\x01\x02\x03") - 4) / BITRATE, "not before its last bit"
+    assert three.recv(10).timestamp == heard.timestamp
+    assert one.recv(0) is None, "a node does not hear itself"
+    own = node(receive_own_messages=True)
+    own.send(message(0x100))
+    assert own.recv(10).is_rx is False
+
+
+def test_a_burst_goes_back_to_back_and_by_urgency(node):
+    """Three nodes have queues full before the first frame is through: the wire takes the most urgent head each time."""
+    ears = node()
+    senders = {first: node() for first in (0x300, 0x100, 0x200)}
+    senders[0x300].send(message(0x7FF))  # takes the wire for 2.5 ms, in which all the others queue up
+    for first, bus in senders.items():
+        for k in range(3):
+            bus.send(message(first + k, bytes([k] * 8)))
+    heard = [ears.recv(10) for _ in range(10)]
+    assert [one.arbitration_id for one in heard] == [
+        0x7FF, 0x100, 0x101, 0x102, 0x200, 0x201, 0x202, 0x300, 0x301, 0x302,
+    ]  # fmt: skip
+    for before, after in pairwise(heard):
+        bits = (after.timestamp - before.timestamp) * BITRATE
+        assert bits == pytest.approx(frame_bits(after.arbitration_id, bytes(after.data)), abs=0.01)
+
+
+def flood(bus):
+    for _ in range(10):
+        bus.send(message(0x200))
+
+
+def test_a_full_queue_refuses_and_with_patience_takes(node):
+    bus = node(tx_frames=3)
+    ears = node()
+    for k in range(4):  # one is on the wire
+        bus.send(message(0x100 + k))
+        time.sleep(0.0005) if k == 0 else None
+    with pytest.raises(can.CanOperationError, match="3 frames wait already"):
+        flood(bus)
+    bus.send(message(0x2FF), timeout=10)
+    heard = []
+    while not heard or heard[-1] != 0x2FF:
+        heard.append(ears.recv(10).arbitration_id)
+    assert heard[:4] == [0x100, 0x101, 0x102, 0x103]
+
+
+def test_extended_and_remote_frames_and_what_is_none(node):
+    one, two = node(), node()
+    one.send(can.Message(arbitration_id=0x12345678, is_extended_id=True, data=b"\x09"))
+    one.send(message(0x55, b"", is_remote_frame=True, dlc=4))
+    first, second = two.recv(10), two.recv(10)
+    assert (first.arbitration_id, first.is_extended_id, bytes(first.data)) == (0x12345678, True, b"\x09")
+    assert (second.arbitration_id, second.is_remote_frame, second.dlc) == (0x55, True, 4)
+    with pytest.raises(can.CanOperationError, match="classic"):
+        one.send(message(0x1, is_fd=True))
+
+
+def test_python_cans_own_threads_and_filters_work_on_it(node):
+    """A Notifier listens, a periodic task sends: what programs are made of."""
+    bus, ears = node(bitrate=1_000_000), node(bitrate=1_000_000, can_filters=[{"can_id": 0x200, "can_mask": 0x7FF}])
+    got, enough = [], threading.Event()
+
+    def take(one):
+        got.append(one)
+        if len(got) >= 5:
+            enough.set()
+
+    notifier = can.Notifier(ears, [take])
+    task = bus.send_periodic(message(0x200), 0.01)
+    other = bus.send_periodic(message(0x300), 0.01)
+    try:
+        assert enough.wait(20)
+    finally:
+        task.stop()
+        other.stop()
+        notifier.stop()
+    assert {one.arbitration_id for one in got} == {0x200}
+
+
+def test_a_wire_has_one_bitrate_and_ends_with_its_last_node(node):
+    one = node()
+    with pytest.raises(can.CanInitializationError, match="runs at 50000 bit/s, not 125000"):
+        node(bitrate=125_000)
+    one.shutdown()
+    assert node(bitrate=125_000).channel_info.endswith("125000 bit/s")
+    with pytest.raises(can.CanInitializationError, match="1000 to 1000000"):
+        node(bitrate=2_000_000)
+
+
+def test_who_waits_for_nothing_waits_as_long_as_was_said(node):
+    bus = node()
+    began = time.monotonic()
+    assert bus.recv(0.05) is None
+    assert time.monotonic() - began >= 0.05
+    assert bus.load == 0.0
+
+
+def test_the_bench_and_a_driver_meet_on_it(request):
+    """Our emulated motors on `can:wheelbench:NAME@BITRATE`, somebody's driver beside them."""
+    name = request.node.name
+    escs = EscsOnBus(load_robot("m2006"), open_can("escs", f"can:wheelbench:{name}@1000000?tx_frames=64"))
+    with can.Bus(name, interface="wheelbench", bitrate=1_000_000) as driver:
+        reports = {}
+        deadline = time.monotonic() + 60
+        tick = 0
+        while reports.get(0x201, (0, 0, 0))[1] < 100:
+            assert time.monotonic() < deadline, reports
+            driver.send(message(0x200, encode_command((600, 0, 0, 0))), timeout=1)
+            escs.step(tick)
+            tick += 1
+            while (heard := driver.recv(0)) is not None:
+                reports[heard.arbitration_id] = decode_feedback(bytes(heard.data))
+        assert set(reports) == {0x201, 0x202, 0x203}
+        assert driver.load > 0.0
+    escs.close()
