@@ -123,7 +123,7 @@ class Drive:
             elif not any(sticks):
                 self._arm(tick, heading_rad)
             else:
-                self.why_disarmed = "sticks were not at rest when AUX1 was pressed"
+                self.why_disarmed = "sticks were not at rest: arm again"
         if before is not None and pressed[1] and not before[1]:
             self.field_centric = not self.field_centric
 

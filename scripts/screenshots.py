@@ -168,7 +168,9 @@ def link_loss() -> Session:
 
 
 def _session(stage: Stage) -> Session:
-    return Session(stage.link, keyboard=stage.keyboard, job=stage.job, lamp=stage.lamp, summary=stage.summary)
+    return Session(
+        stage.link, keyboard=stage.keyboard, job=stage.job, lamp=stage.lamp, summary=stage.summary, agree=stage.agree
+    )
 
 
 SHOTS = {

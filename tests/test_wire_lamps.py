@@ -84,6 +84,7 @@ def test_a_failed_check_is_a_word_a_reason_a_sentence_and_a_mark_on_every_page()
         if "failed" in states(session):
             break
     assert session.scene().agree[MOTION].state == "failed"
+    pass_ticks(session, 0)
     assert "a check of the wires failed (motion" in text(session, 200, 60)
     assert "4 checks✗" in text(session, 100)
     session.key("4")
@@ -162,10 +163,14 @@ def test_a_tick_costs_a_place_in_a_list_and_nothing_is_worked_out_twice(monkeypa
     assert worked == [], "not in the tick"
     for _ in range(3):
         session.scene()
-    assert worked == [350, "told"]
-    session.link.run(40)
-    session.scene()
-    assert worked == [350, "told", 40], "no block is whole: nothing new to tell"
+    assert worked == [100, 100, 100, 100, "told"], "whole blocks, and time stands still"
+    for _ in range(20):
+        session.link.run(30)
+        session.scene()
+    assert worked[5:].count("told") == 1, "nobody reads faster than twice a second"
+    for _ in range(3):
+        session.scene()
+    assert worked[5:] == [100] * 5 + ["told", 100, "told"]
 
 
 def test_a_fork_is_judged_from_where_it_is_driven_on():

@@ -18,22 +18,25 @@ _SIGNS = {
 }  # fmt: skip
 _AXES = ("forward", "left", "turn")
 _NAME_WIDTH = 21
-ROOMY, LOW = (99, 99, True), ((9, 3, False), *((failed, 1, False) for failed in range(9, 0, -1)))
-"""How many lines the reason of a failed check gets, that of another one, and whether sections stand apart."""
+ROOMY, APART, LOW = (99, 99, True, True), (99, 99, True, False), (9, 3, False, False)
+LOWEST = tuple((failed, 1, False, False) for failed in range(9, 0, -1))
+"""How many lines the reason of a failed check gets, that of another one; whether sections stand apart, and whether time
+and odometry have more than a line.
+"""
 
 
 def checks(scene: Scene, width: int, height: int) -> list[Line]:
     """Everything, each with its reason; on a low screen the reasons are shorter."""
     lines: list[Line] = []
-    for failed, quiet, apart in (ROOMY, *LOW):
-        lines = list(_all(scene, width, failed, quiet, apart))
+    for level in (ROOMY, APART, LOW, *LOWEST):
+        lines = list(_all(scene, width, *level))
         if len(lines) <= height:
             return lines
     hidden = len(lines) - height + 1
     return [*lines[: height - 1], [(f" … {hidden} more lines: a taller terminal shows them", WARN)]]
 
 
-def _all(scene: Scene, width: int, failed: int, quiet: int, apart: bool) -> Iterator[Line]:
+def _all(scene: Scene, width: int, failed: int, quiet: int, apart: bool, long: bool) -> Iterator[Line]:
     blank: list[Line] = [[("", PLAIN)]] if apart else []
     yield from _golden(scene, width)
     yield from blank
@@ -48,7 +51,7 @@ def _all(scene: Scene, width: int, failed: int, quiet: int, apart: bool) -> Iter
         parts = textwrap.wrap(finding, max(8, width - 6))
         yield from ([(" ! " if at == 0 else "   ", WARN), (part, WARN)] for at, part in enumerate(parts))
     yield from blank
-    if apart:
+    if long:
         yield [(" time", LABEL)]
         yield from _time(scene)
         yield from blank

@@ -316,7 +316,7 @@ class Keyboard:
             return "this robot takes no RC"
         self.mouse.release()
         self.mouse.on = not self.mouse.on
-        return "drag the sticks; M gives the mouse back" if self.mouse.on else "the mouse is the terminal's"
+        return "drag the sticks; M gives the mouse back" if self.mouse.on else "the mouse selects text again"
 
     def _switch(self, key: str, now_tick: int) -> str:
         if key == "m":

@@ -144,7 +144,7 @@ class Session:
 
     def too_late(self, age_ms: int) -> None:
         """A key that moves something has come, but it may have been pressed so long ago."""
-        self.say(f"not heard: {age_ms} ms late")
+        self.say(f"key not heard: {age_ms} ms late")
 
     def alive(self) -> None:
         """The terminal has proved that it is there, and that whoever holds a key still holds it."""
@@ -159,7 +159,7 @@ class Session:
             return
         self.hands_off()
         if not self._notice:
-            self.say("the terminal does not answer: sticks at rest, and nothing that moves is heard")
+            self.say("the terminal does not answer: sticks at rest, only Space is heard")
         if age_ms > ABANDONED_MS:
             self.link.see(self.link.newest_tick)
         if age_ms > ABANDONED_MS and self.link.latest().armed:
@@ -290,7 +290,7 @@ class Session:
     def pause(self) -> None:
         """Stand still, or go on."""
         if self._result:
-            self.say("the run has ended")
+            self.say("the run has ended; ← → go back in it, Esc quits")
             return
         if self.keyboard is not None:
             self.keyboard.let_go()

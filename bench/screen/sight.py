@@ -107,10 +107,10 @@ class Sight:
 
     def _hold_or_let_go(self) -> str:
         if not {"wiretable", "scope"} & panes(self._page, *self.size):
-            return f"nothing to hold here; {PAGES.index(WIRES) + 1} and {PAGES.index(SCOPE) + 1} have it"
+            return f"nothing to hold here: {PAGES.index(WIRES) + 1} wires, {PAGES.index(SCOPE) + 1} scope"
         if self._page in self._held:
             del self._held[self._page]
-            return "let go"
+            return "the page goes on"
         self._held[self._page] = self._seen
         return "held: H lets go; the bench goes on"
 
@@ -164,7 +164,7 @@ class Sight:
     def _drop(self) -> str:
         now = list(self._scope.signals)
         if len(now) == 1 or self._trace >= len(now):
-            return "one signal stays"
+            return "one signal has to stay"
         gone = now.pop(self._trace)
         self._scope = self._scope._replace(signals=tuple(now))
         self._trace = 0

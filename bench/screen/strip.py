@@ -20,7 +20,7 @@ from bench.screen.text import (
 )
 
 LEFT_WIDTH = 37
-"""Where the link stands on every screen that is wide enough."""
+"""Where the link stands, but for a longer reason on a wider screen."""
 _DRIVERS = {"rc": "the sticks drive", "core": "the core drives"}
 
 
@@ -36,4 +36,5 @@ def strip(scene: Scene, width: int, height: int) -> list[Line]:
     left: Line = [(" ", PLAIN), badge, (f" {who}", PLAIN if snapshot.armed else WARN)]
     right: Line = [("link ", LABEL), link, (old, PLAIN), (" sticks ", LABEL), (f"{sticks} %", PLAIN)]
     # Who drives gives way: the sticks are never cut.
-    return [fit([*fit(left, min(LEFT_WIDTH, width - width_of(right)) - 1), (" ", PLAIN), *right], width)]
+    room = min(max(LEFT_WIDTH, width_of(left) + 1), width - width_of(right))
+    return [fit([*fit(left, room - 1), (" ", PLAIN), *right], width)]

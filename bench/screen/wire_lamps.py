@@ -17,6 +17,8 @@ from bench.messages import TickOutput
 
 NAMES = {"motion": "motion", "rest_current": "current at rest", "answers": "answers", "bus": "ids, rates, bus time"}
 SWITCHED_OFF = "off"
+BLOCKS_TOLD = 5
+"""Words cost as much as half a block's checks: half a second is soon enough for them."""
 LEAD_TICKS = 1000
 """So much of a run is looked at before its checks begin in the middle of it: who has asked what."""
 
@@ -42,6 +44,9 @@ class WireLamps:
         self._ticks: list[TickOutput] = []
         self.add = self._ticks.append
         """One more tick."""
+        self._seen = 0
+        self._untold = 0
+        """Blocks since the lamps were put into words; and how many ticks were waiting for theirs."""
         self._ended = False
         self._lamps: tuple[WireLamp, ...] | None = None
         self._failed: set[str] = set()
@@ -53,7 +58,7 @@ class WireLamps:
 
     @property
     def lamps(self) -> tuple[WireLamp, ...]:
-        """How each check stands after the last whole block."""
+        """How each check stands, half a second ago or less."""
         self._catch_up()
         if self._lamps is None:
             outcomes = self.checks.outcomes() if self._ended else self.checks.so_far()
@@ -69,15 +74,21 @@ class WireLamps:
     def close(self) -> None:
         """The run has ended: what was not broken until now has passed."""
         self._catch_up()
+        self.checks.extend(self._ticks)
+        self._ticks.clear()
         self._ended, self._lamps = True, None
 
     def _catch_up(self) -> None:
+        """In whole blocks. What came of some is put into words at once, and where time has come to stand."""
         ticks = self._ticks
-        if ticks:
-            if ticks[0].tick // BLOCK_TICKS != (ticks[-1].tick + 1) // BLOCK_TICKS:
-                self._lamps = None
-            self.checks.extend(ticks)
-            ticks.clear()
+        stands, self._seen = len(ticks) == self._seen, len(ticks)
+        while ticks and (count := BLOCK_TICKS - ticks[0].tick % BLOCK_TICKS) <= len(ticks):
+            self.checks.extend(ticks[:count])
+            del ticks[:count]
+            self._untold += 1
+            self._seen = -1
+        if self._untold >= BLOCKS_TOLD or (self._untold and stands):
+            self._untold, self._lamps = 0, None
 
 
 def _lamp(one: Outcome, ended: bool) -> WireLamp:

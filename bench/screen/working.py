@@ -316,9 +316,9 @@ class Working:
         session = self._session
         link = session.link
         if session.keyboard is None:
-            return "a replay is as it was; G drives on from here, and then X"
+            return "a replay is as it was: P, G drive on from here, and then X"
         if link.looks_back:
-            return "an earlier instant is shown; G drives on from here, and then X"
+            return "an earlier instant is as it was: G drives on from here, and then X"
         session.hands_off()
 
         def item(words: str, values: Values) -> Item:
@@ -343,7 +343,7 @@ class Working:
         self._faults.append((link.newest_tick, text))
         if self.tape is not None:
             self.tape.add_fault(text)
-        return f"{fault.wire} {fault.kind} for {seconds:g} s"
+        return f"fault: {fault.wire} {fault.kind} for {seconds:g} s"
 
     # --- another run ---------------------------------------------------------------------------------------------
 
