@@ -6,10 +6,9 @@ import random
 import re
 import signal
 import time
-from operator import itemgetter
 
 import pytest
-from pty_terminal import PtyTerminal, cells
+from pty_terminal import DEADLINE_S, PtyTerminal, cells
 from test_terminal_input import NOISE, VECTORS
 
 from bench.check.reading import Recording
@@ -178,25 +177,35 @@ def test_no_bytes_crash_the_app_where_releases_are_told_and_a_closed_window_stop
     assert stopped(tmp_path / "run")
 
 
+def rows(screen):
+    return "\n".join("".join(sign for sign, _ in row) for row in screen)
+
+
+def screen_when(terminal, since, condition):
+    """What the output since then shows, once it is so."""
+    end = time.monotonic() + DEADLINE_S
+    while not condition(screen := cells(terminal.output[since:], 24, 80)):
+        assert time.monotonic() < end, rows(screen)
+        terminal.serve(0.3)
+    return screen
+
+
 def test_what_is_written_past_textual_leaves_the_screen_as_textual_draws_it(opened):
     terminal = opened(size=(30, 100))
     since = len(terminal.output)
     terminal.resize(24, 80)
-    terminal.serve(0.5)
+    screen_when(terminal, since, lambda screen: "quit" in rows(screen[-1:]))
     arm(terminal, b"\r")
     for keys in (b"www", b"2", b"w", b"3", b"4", b"?", b"?", b"1", b"x", b"\x1b[B", b"\x1b", b"qq", b"p"):
         terminal.type(keys)
         terminal.serve(0.3)
-    terminal.wait_for("PAUSED", since)
-    terminal.serve(0.5)
-    patched = cells(terminal.output[since:], 24, 80)
+    # Time stands, and nothing is said any more.
+    patched = screen_when(terminal, since, lambda screen: "PAUSED" in rows(screen[:1]) and "fork" in rows(screen[-1:]))
     terminal.resize(30, 100)
     terminal.serve(0.5)
     since = len(terminal.output)
     terminal.resize(24, 80)
-    terminal.serve(0.5)
-    whole = cells(terminal.output[since:], 24, 80)
-    assert patched == whole, "\n".join(f"{''.join(map(itemgetter(0), row))}" for row in patched + whole)
+    screen_when(terminal, since, lambda screen: screen == patched)
 
 
 def test_killed_outright_the_terminal_is_given_back_by_its_guardian(opened):
