@@ -62,8 +62,8 @@ class Picture:
         scale = f"{number(low)} to {number(high)}{self.unit}" if high > low else f"{number(low)}{self.unit}"
         lines = [f"  {self.title}, {seconds(self.first_tick)} to {seconds(last_tick)}, {scale}"]
         for label, side in (("golden", self.golden), ("run", self.run)):
-            rows = drawn(side, low, high)
-            lines += [f"  {label if number_ == 1 else '':7}{row}".rstrip() for number_, row in enumerate(rows)]
+            for place, row in enumerate(drawn(side, low, high)):
+                lines.append(f"  {label if place == 1 else '':7}{row}".rstrip())
         column = int((self.marked_tick - self.first_tick) / self.ticks_per_dot / 2)
         return [*lines, f"  {'':7}{'':{column}}^ {seconds(self.marked_tick)}"]
 

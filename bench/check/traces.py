@@ -20,7 +20,7 @@ from bench.canbus.table import Family
 from bench.check.arrays import CanArrays
 from bench.check.can_compare import fields_of, is_message
 from bench.check.fields import turn
-from bench.check.lines import BASE_TO_CORE, CORE_TO_BASE, RC, STATE
+from bench.check.lines import BASE_TO_CORE, CAN_LOG, CORE_TO_BASE, RC, RC_LOG, SLAMWARE_LOG, STATE, STATE_CSV
 from bench.check.reading import Recording
 from bench.check.recording import LOGS
 from bench.config import ConfigError, load_robot
@@ -222,8 +222,8 @@ def _empty(wire: str) -> Trace:
 
 
 _LOADERS: dict[str, Callable[[Recording, Interner], dict[str, Trace]]] = {
-    "rc.log": _rc_traces,
-    "slamware.log": _slamware_traces,
-    "state.csv": _state_traces,
-    "can.log": _can_traces,
+    RC_LOG: _rc_traces,
+    SLAMWARE_LOG: _slamware_traces,
+    STATE_CSV: _state_traces,
+    CAN_LOG: _can_traces,
 }
