@@ -172,7 +172,7 @@ def test_a_missed_bar_is_an_exit_status(monkeypatch, capsys, heavy, status, word
 def test_an_absolute_number_is_also_told_for_the_reference_machine():
     """Five times slower calls: 1/5 of the speed. Each round by its own call: the median of the ratios."""
     assert empty_call.told_for_reference([10.0, 5.0, 1.0], [120.0, 240.0, 600.0]) == ("50.0", "25.0")
-    assert empty_call.told_for_reference([0.2], [96.0], "{:.1%}", is_cost=True) == ("5.0%", "10.0%")
+    assert empty_call.told_for_reference([20.0], [96.0], "{:.1f} %", is_cost=True) == ("5.0 %", "10.0 %")
 
 
 def test_what_is_calculated_is_not_called_measured():
@@ -185,7 +185,7 @@ def test_what_is_calculated_is_not_called_measured():
     for name, sample in (("lockstep", lockstep(0.4, 15.0, 5.0)), ("dashboard", dashboard_samples()[0])):
         told = [row.told_for_reference for row in benchmark.PIECES[name].report([sample]) if row.told_for_reference[0]]
         assert len(told) == {"lockstep": 8, "dashboard": len(dashboard.VIEWS)}[name]
-    assert told[0] == ("2.0%", "4.0%")
+    assert told[0] == ("2.0 %", "4.0 %")
     assert "if a call" not in table([Row("a ratio", "2.0")])
 
 

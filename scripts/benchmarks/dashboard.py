@@ -100,7 +100,7 @@ def _rows(view: View, samples: Sequence[Sample]) -> list[Row]:
             f"{100 * ours:.1f} % (drawing {100 * drawing:.1f} %)",
             at_most,
             verdict(ours <= CPU_SHARE_AT_MOST) if at_most else "",
-            told_for_reference(shares, all_of("ours call_ns"), "{:.1%}", is_cost=True),
+            told_for_reference([100 * one for one in shares], all_of("ours call_ns"), "{:.1f} %", is_cost=True),
         ),
         Row(
             "  CPU of a frame, ticks and all, 99 of 100",
