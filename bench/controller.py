@@ -2,6 +2,10 @@
 
 The loop runs at 1 kHz on the speed that the encoder shows (the ESC's own rpm lags by its 10 ms filter). The current is
 limited to the robot file's value; while it is, the integrator takes nothing that would push it further into the limit.
+
+Each wheel is limited alone. A robot that is asked for more than its motors give turns then: the wheels that need less
+current reach their speeds, the others do not. `keep_direction` in the robot file asks of all wheels the same share of
+their speeds, as much as the weakest can follow.
 """
 
 from __future__ import annotations
@@ -43,10 +47,15 @@ class Controller(Protocol):
 def control_of(robot: Robot, kinematics: Kinematics) -> tuple[Inverse, Controller]:
     """What the robot's file or a run asks for. Raises UsageError where a printed form is not for this robot."""
     if robot.control.kind == SPEED_LOOP:
-        return kinematics, SpeedController(robot)
+        return kinematics, speed_controller(robot)
     from bench.as_printed.choices import control_as_printed
 
     return control_as_printed(robot, kinematics)
+
+
+def speed_controller(robot: Robot) -> SpeedController:
+    """The speed loops that the robot's file asks for."""
+    return DirectionKeeper(robot) if robot.control.keep_direction else SpeedController(robot)
 
 
 class SpeedController:
@@ -108,3 +117,30 @@ class SpeedController:
     def reset(self) -> None:
         """Forget the integrators: the motors are off."""
         self._integral_a = [0.0] * len(self._integral_a)
+
+
+class DirectionKeeper(SpeedController):
+    """The same, with all wanted speeds scaled down alike while a wheel would need more current than the limit.
+
+    What it is left with, the same share of every wheel's speed, is the same motion, slower. To a robot that is told to
+    stand no share of anything is left: it brakes as the other does.
+    """
+
+    __slots__ = ()
+
+    def step(self, wanted_radps: Sequence[float], measured_radps: Sequence[float]) -> list[float]:
+        """Currents for this tick."""
+        limit_a, share = self._limit_a, 1.0
+        a_per_radps = self._viscous_a_per_radps + self._kp
+        for wheel in self._wheels:
+            wanted, against_a = wanted_radps[wheel], self._integral_a[wheel] - self._kp * measured_radps[wheel]
+            # In the wanted sense: share times the one, and the other, are the current.
+            if wanted < 0.0:
+                wanted, against_a = -wanted, -against_a
+            against_a += self._coulomb_a
+            if wanted > FRICTION_FADE_RADPS and a_per_radps * wanted + against_a > limit_a:
+                share = min(share, (limit_a - against_a) / (a_per_radps * wanted))
+        if share < 1.0:
+            share = max(share, 0.0)
+            wanted_radps = [share * wanted for wanted in wanted_radps]
+        return super().step(wanted_radps, measured_radps)

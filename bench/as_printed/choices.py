@@ -13,7 +13,7 @@ from typing import ClassVar, NamedTuple
 
 from bench.as_printed import document_000, document_001, document_002, document_004
 from bench.config import Robot
-from bench.controller import Controller, Inverse, SpeedController
+from bench.controller import Controller, Inverse, speed_controller
 from bench.errors import UsageError
 from bench.kinematics import Kinematics, Row
 from bench.odometry import Odometry, wrap
@@ -225,9 +225,9 @@ def control_as_printed(robot: Robot, kinematics: Kinematics) -> tuple[Inverse, C
         case "current-as-printed":
             return kinematics, CurrentAsPrinted(robot)
         case "inverse-004-as-printed":
-            return Inverse004AsPrinted(robot, kinematics), SpeedController(robot)
+            return Inverse004AsPrinted(robot, kinematics), speed_controller(robot)
         case "document-001-four-as-printed":
-            return FourWheels001AsPrinted(robot, kinematics), SpeedController(robot)
+            return FourWheels001AsPrinted(robot, kinematics), speed_controller(robot)
         case "document-001-mecanum-as-printed":
-            return Mecanum001AsPrinted(robot, kinematics), SpeedController(robot)
+            return Mecanum001AsPrinted(robot, kinematics), speed_controller(robot)
     raise ValueError(f"no printed form of control is called {robot.control.kind!r}")

@@ -137,6 +137,8 @@ class Control:
     kp_a_per_radps: float
     ki_a_per_rad: float
     feed_forward: bool = True
+    keep_direction: bool = False
+    """Where the current limit lets one wheel fall behind, the others slow down with it."""
     kind: str = SPEED_LOOP
     """What turns a twist into currents: one of CONTROL_KINDS."""
 
