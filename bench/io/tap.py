@@ -103,4 +103,4 @@ class Tap:
             return []
         count = min(len(ticks), ticks[-1].tick - self._seen_tick)
         self._seen_tick = ticks[-1].tick
-        return list(islice(ticks, len(ticks) - count, None)) if count > 0 else []
+        return list(islice(reversed(ticks), count))[::-1] if count > 0 else []

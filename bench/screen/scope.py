@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 from bench.io.scope import CAUGHT, FREE, TRIGGERED, WAITING, ScopePicture, Trace
 from bench.screen.canvas import Canvas
@@ -128,7 +129,7 @@ def _extreme(values: Sequence[float], choose: Callable[[Sequence[float]], float]
 def _lane(picture: ScopePicture, place: int, scale: tuple[float, float], width: int, rows: int) -> list[Line]:
     trace = picture.traces[place]
     least, most = scale
-    canvas = Canvas(max(1, width - GUTTER - 1), rows - 1)
+    canvas = _divided(max(1, width - GUTTER - 1), rows - 1).copy()
     per_dot = (most - least) / max(1, canvas.height - 1)
     _grid(canvas, picture, scale, per_dot, place)
     _draw(canvas, trace, least, per_dot, TRACE if place % 2 == 0 else OTHER_TRACE)
@@ -142,11 +143,23 @@ def _lane(picture: ScopePicture, place: int, scale: tuple[float, float], width: 
     return lines
 
 
+@lru_cache(maxsize=8)
+def _divided(columns: int, rows: int) -> Canvas:
+    """The lines between divisions of time, drawn once for each size."""
+    canvas = Canvas(columns, rows)
+    for division in range(1, DIVISIONS):
+        canvas.stipple(GRID, x=division * canvas.width // DIVISIONS)
+    return canvas
+
+
+@lru_cache(maxsize=8)
+def _sources(count: int, width: int) -> tuple[int, ...]:
+    """For each column of dots the column of the trace that it shows."""
+    return tuple(x * count // width for x in range(width))
+
+
 def _grid(canvas: Canvas, picture: ScopePicture, scale: tuple[float, float], per_dot: float, place: int) -> None:
     least, most = scale
-    for division in range(1, DIVISIONS):
-        x = division * canvas.width // DIVISIONS
-        canvas.stipple(GRID, x=x)
     if least < 0.0 < most:
         canvas.stipple(GRID, y=canvas.height - 1 - round(-least / per_dot))
     settings = picture.settings
@@ -166,8 +179,8 @@ def _draw(canvas: Canvas, trace: Trace, least: float, per_dot: float, role: str)
     ]
     spans = []
     before = _GAP
-    for x in range(width):
-        now = rows[x * count // width]
+    for source in _sources(count, width):
+        now = rows[source]
         first, last = now
         if now is not _GAP and before is not _GAP:
             if before[1] < first - 1:
