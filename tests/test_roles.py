@@ -536,6 +536,24 @@ def test_the_link_shows_what_the_child_does():
     assert link.ended
 
 
+def test_the_loop_has_a_share_of_the_processor_of_its_own():
+    """Beside a screen and a compiler in one terminal it would wait for both: Linux divides by sessions first."""
+    group = Path("/proc/self/autogroup")
+
+    def told():
+        return os.getpid(), os.getsid(0), group.read_text() if group.exists() else None
+
+    link = paced(lambda: Prepared(simulated(M2006), None, finish=told), ticks=5)
+    try:
+        until(lambda: link.poll() or link.ended)
+        child, session, its_group = link.result
+    finally:
+        link.close()
+    assert session == child
+    assert os.getsid(0) != child
+    assert its_group is None or its_group != group.read_text()
+
+
 def test_an_operator_drives_through_the_process_and_silence_stops_the_robot():
     transmitter = Transmitter(M2006.rc)
     held = {"sticks": Sticks()}

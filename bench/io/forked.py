@@ -15,9 +15,16 @@ def fork() -> int:
         return os.fork()
 
 
-def leave_the_terminal() -> None:
-    """In the child: its keys reach the parent alone, which says when to end. SIGTERM ends it as any process."""
-    os.setpgrp()
+def leave_the_terminal(*, with_its_own_share: bool = False) -> None:
+    """In the child: its keys reach the parent alone, which says when to end. SIGTERM ends it as any process.
+
+    `with_its_own_share`: Linux divides the processor among sessions first (autogroup), and a child in its parent's
+    waits for whatever else that terminal runs: the screen, a compiler. In a session of its own it does not.
+    """
+    if with_its_own_share:
+        os.setsid()
+    else:
+        os.setpgrp()
     for number in (signal.SIGINT, signal.SIGTSTP, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -71,7 +71,7 @@ def _live(task: Task, wire: Wire) -> NoReturn:
     """All that the child does."""
     try:
         loop = _Loop(task, wire)
-        leave_the_terminal()
+        leave_the_terminal(with_its_own_share=True)
         error: BenchError | None = None
         try:
             loop.run()
