@@ -1,6 +1,6 @@
 """The real-time loop in a process of its own: forked here, it owns ports, loop and recording.
 
-It stops and closes everything when its parent is gone. It is in a process group of its own, so that Ctrl-C and Ctrl-Z
+It stops and closes everything when its parent is gone. It is in a session of its own, so that Ctrl-C and Ctrl-Z
 reach the parent alone.
 """
 
