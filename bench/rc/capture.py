@@ -14,17 +14,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from bench import rc_decode
-from bench.config.table import read_file
+from bench.config.table import MOST_S, read_file
 from bench.errors import UsageError
 from bench.messages import TICK_US, RcFrame
 
 FORMAT = "rc-capture/1"
+_MOST_US = 1e6 * MOST_S
 # Captures name what the receiver calls itself; we decode SBUS2 as the SBUS it is.
 _PROTOCOL_OF = {"sbus2": "sbus"}
 _WITHOUT = "mend it, or move it away to use the bytes alone"
@@ -142,18 +142,22 @@ def _times_us(path: Path, description: dict[str, Any], length: int) -> tuple[flo
         raise UsageError(f"{path}: timing: {len(times)} times for {length} bytes; {_WITHOUT}")
     last_us = 0.0
     for i, at_us in enumerate(times):
-        if type(at_us) not in (int, float) or not last_us <= at_us < math.inf:
+        if type(at_us) not in (int, float) or not last_us <= at_us <= _MOST_US:
             raise UsageError(f"{path}: timing: byte {i} comes at {at_us!r} us, after {last_us} us; {_WITHOUT}")
         last_us = at_us
     return tuple(map(float, times))
+
+
+def _is_time(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _MOST_US
 
 
 def _burst_times(path: Path, timing: dict[str, Any], length: int) -> list[Any]:
     """A burst's time is that of its beginning; a byte has arrived one byte time later."""
     rows = _get(path, timing, "rows", list)
     byte_us = timing.get("byte_us")
-    if not isinstance(byte_us, int | float) or not all(
-        isinstance(row, list) and len(row) == 2 and type(row[0]) is int and type(row[1]) in (int, float) for row in rows
+    if not _is_time(byte_us) or not all(
+        isinstance(row, list) and len(row) == 2 and type(row[0]) is int and _is_time(row[1]) for row in rows
     ):
         raise UsageError(f"{path}: timing: expected byte_us and rows of (first offset, start time); {_WITHOUT}")
     offsets = [row[0] for row in rows] + [length]
