@@ -318,3 +318,14 @@ def test_the_sticks_are_never_cut_on_the_line_of_every_page(link, armed):
     assert row.endswith("sticks -100 +100 -100 %")
     assert (" link live" if link == "live" else f"  {link.upper()} ") in row
     assert "…" in row or armed
+
+
+@pytest.mark.parametrize("pace", [Pace(), Pace(paused=True), Pace(paused=True, goes_back=False)])
+@pytest.mark.parametrize("driven", [True, False])
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_the_foot_offers_what_there_is_room_for_and_cuts_nothing(width, driven, pace):
+    parts = {} if driven else {"hands": None, "replay": Replay("demo", 20_000)}
+    foot = screen(scene(pace=pace, **parts), width, 24).splitlines()[-1]
+    assert "…" not in foot
+    assert ("go on" in foot or "P on" in foot) is pace.paused
+    assert ("G " in foot) is (pace.paused and pace.goes_back and width > 60 - 30 * (not driven))

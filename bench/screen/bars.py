@@ -88,18 +88,22 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     if scene.notice and not notice_rows(scene, width):
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
     if scene.pace.paused or scene.pace.behind_ticks:
-        step, on = [(".", "one tick on")] if scene.pace.steps else [], ("P", "go on")
-        long = short = _keys(*step, on)
-        if scene.pace.goes_back:
-            long = _keys(("← →", "0.1 s"), ("↑ ↓", "1 s"), (", .", "tick"), ("G", "drive on from here"), on)
-            short = _keys(("← → , .", "time"), ("G", "fork"), ("P", "on"))
-        return [both_ends(long if width_of(long) + 2 + width_of(always) <= width else short, always, width)]
-    if hands is None:
-        return [both_ends(_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), always, width)]
-    line = _drive_keys(scene, hands, long=True)
-    if width_of(line) + 2 + width_of(always) > width:
-        line = _drive_keys(scene, hands, long=False)
-    return [both_ends(line, always, width)]
+        lines = _paused_keys(scene)
+    elif hands is None:
+        lines = [_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), _keys(("P", "pause"))]
+    else:
+        lines = _drive_keys(hands)
+    room = width - 2 - width_of(always)
+    return [both_ends(next((line for line in lines if width_of(line) <= room), lines[-1]), always, width)]
+
+
+def _paused_keys(scene: Scene) -> list[Line]:
+    """The keys of time that this run has, from many words to few."""
+    step, on = [(".", "one tick on")] if scene.pace.steps else [], ("P", "go on")
+    if not scene.pace.goes_back:
+        return [_keys(*step, on), _keys(on)]
+    long = _keys(("← →", "0.1 s"), ("↑ ↓", "1 s"), (", .", "tick"), ("G", "drive on from here"), on)
+    return [long, _keys(("← → , .", "time"), ("G", "fork"), ("P", "on")), _keys(on)]
 
 
 def notice_rows(scene: Scene, width: int) -> int:
@@ -122,17 +126,19 @@ def _always(scene: Scene) -> Line:
     return HELP_AND_QUIT if scene.hands is None else hands_always(scene.snapshot.armed)
 
 
-def _drive_keys(scene: Scene, hands: Hands, *, long: bool) -> Line:
-    """Each key with what it would do, or what it has set: the words keep their width, so that nothing jumps."""
+def _drive_keys(hands: Hands) -> list[Line]:
+    """Each key with what it would do, or what it has set, from many words to few.
+
+    The words keep their width, so that nothing jumps.
+    """
     power = f"{hands.power_percent} %"
     if hands.source != "keys":
-        return _keys(("I", hands.source + (f": {hands.source_state}" if hands.source_state else " drives")))
+        return [_keys(("I", hands.source + (f": {hands.source_state}" if hands.source_state else " drives")))]
     radio = {None: "none", True: "on ", False: "OFF"}[hands.transmitter_on]
-    if not long:
-        return _keys(("WASDQE", power), ("T", f"radio {radio}"))
     drive, transmitter = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}")
     core = ("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")
-    return _keys(drive, transmitter, core, ("Z", "follow"))
+    long = _keys(drive, transmitter, core, ("Z", "follow"))
+    return [long, _keys(("WASDQE", power), ("T", f"radio {radio}")), _keys(("WASDQE", power))]
 
 
 def _keys(*keys: tuple[str, str]) -> Line:
