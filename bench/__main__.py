@@ -16,6 +16,7 @@ VERBS = {
     "drive": "the dashboard: drive the simulated robot by keyboard, or watch a recording",
     "replay": "run a scenario, an RC capture or a recording, headless, faster than real time",
     "check": "compare a recording with a golden, and say in words what differs",
+    "parity": "one scenario, several bases that hear the same: where they part, in time and in value",
     "goldens": "what is pinned, whether it is whole, and what nothing is held against",
     "dut": "bring your own C: a firmware's project file, and its compiler",
     "failsafe": "every loss in every phase of a drive: does the robot stop when it must?",

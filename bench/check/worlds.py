@@ -1,0 +1,86 @@
+"""One scenario in several worlds: the first drives, the others hear what it heard and are held against it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from bench.check.conduct import conduct
+from bench.check.parity import Parity, parity
+from bench.check.reading import Recording
+from bench.check.recording import RUN_TOML
+from bench.check.run import Run
+from bench.check.sources import from_recording, from_scenario
+from bench.config import SPEED_LOOP
+from bench.errors import UsageError
+from bench.messages import TickOutput
+from bench.motors import family
+
+SIM = "sim"
+"""Our own base, in simulation."""
+
+
+class Beside(NamedTuple):
+    """One world beside the reference."""
+
+    world: str
+    ticks: int
+    parity: Parity
+
+
+def worlds_of(
+    scenario: Path, worlds: Sequence[str], *, robot: str | None = None, record: Path | None = None
+) -> Iterator[Beside]:
+    """Run the scenario in the first world, then hold each of the others against it.
+
+    A world is `SIM`, a controller as `controllers` names them, or the directory of a recording. Of a recording the
+    reference hears what was recorded: its own feedback would be another world's. Raises UsageError, ConfigError,
+    RecordingError, and ControllerFailed where somebody's own base fails.
+    """
+    reference, *others = worlds
+    if is_recording(reference):
+        raise UsageError(
+            f"--worlds: the first one drives, and {reference} is a recording; put sim or a controller there"
+        )
+    if all(map(is_recording, others)) and record is None:
+        for world in others:
+            yield _beside_recording(reference, Path(world))
+        return
+    with tempfile.TemporaryDirectory(prefix="wheelbench-") as scratch:
+        directory = record or Path(scratch) / "reference"
+        job = from_scenario(scenario, robot=robot, controller=_controller(reference))
+        conduct(job, job.recorder(directory))
+        ours = _heard_again(directory, reference)
+        for world in others:
+            if is_recording(world):
+                yield _beside_recording(reference, Path(world))
+            else:
+                theirs = _heard_again(directory, world)
+                yield Beside(world, len(ours), parity(ours, theirs, family(job.bench.robot)))
+
+
+def is_recording(world: str) -> bool:
+    """Whether a world's name is the directory of a recording."""
+    return (Path(world) / RUN_TOML).is_file()
+
+
+def _beside_recording(reference: str, directory: Path) -> Beside:
+    ours = _heard_again(directory, reference)
+    recording = Recording.open(directory)
+    commands, answers = recording.commands, recording.base_to_core
+    theirs = [
+        out._replace(can_commands=commands.get(out.tick, ()), base_to_core=answers.get(out.tick, b"")) for out in ours
+    ]
+    return Beside(str(directory), len(ours), parity(ours, theirs, recording.family))
+
+
+def _heard_again(directory: Path, world: str) -> list[TickOutput]:
+    """What this world says when it hears what a recording holds, feedback included."""
+    job: Run = from_recording(directory, recorded_can=True, controller=_controller(world))
+    return [out for block in job.blocks() for out in block]
+
+
+def _controller(world: str) -> str:
+    return SPEED_LOOP if world == SIM else world

@@ -1,0 +1,202 @@
+"""Several bases that hear the same: what is late is told as time, what is rounded as value, and nothing else."""
+
+import json
+import random
+from collections import deque
+
+import pytest
+from compilers import needs_compiler
+
+from bench.base import Base
+from bench.check.parity import parity
+from bench.check.sources import from_recording, from_scenario
+from bench.check.worlds import worlds_of
+from bench.errors import UsageError
+from bench.m2006 import decode_command, encode_command
+from bench.motors import family
+
+DRIVE = """schema = 1
+name = "drive"
+robot = "m2006"
+seconds = 3.0
+[[stick]]
+at_s = 0.2
+aux1 = true
+[[stick]]
+at_s = 0.4
+forward = 0.5
+[[stick]]
+at_s = 1.5
+left = 0.4
+turn = 0.3
+[[core]]
+at_s = 0.1
+vx_mps = 0.2
+"""
+
+
+class Changed:
+    """Ours, with every command frame through `change` and all of them `late_ticks` later."""
+
+    def __init__(self, robot, change=lambda raws: raws, late_ticks=0, late_answers=0):
+        self.base, self.change = Base(robot), change
+        self.commands, self.answers = deque([()] * late_ticks), deque([b""] * late_answers)
+
+    def step(self, tick, rc, slamware, can):
+        commands, answer = self.base.step(tick, rc, slamware, can)
+        frames = [(can_id, self.change(decode_command(data))) for can_id, data in commands]
+        self.commands.append(tuple((can_id, encode_command(raws)) for can_id, raws in frames if raws is not None))
+        self.answers.append(answer)
+        return self.commands.popleft(), self.answers.popleft()
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory):
+    """A drive of our own base, recorded: what every peer hears."""
+    folder = tmp_path_factory.mktemp("parity")
+    (folder / "drive.toml").write_text(DRIVE)
+    job = from_scenario(folder / "drive.toml")
+    with job.recorder(folder / "run") as recorder:
+        recorder.extend(list(job))
+    return folder / "run"
+
+
+def beside(driven, **changes):
+    """What parity finds of ours with these changes."""
+    ours = from_recording(driven, recorded_can=True)
+    theirs = from_recording(driven, recorded_can=True)
+    theirs.bench.base = Changed(theirs.bench.robot, **changes)
+    return parity(list(ours), list(theirs), family(ours.bench.robot))
+
+
+def kinds(found):
+    return [(one.is_time, one.kind, one.amount) for one in found.findings]
+
+
+def rounded(raws):
+    """Half of all values another count: what truncation makes of a rounded one."""
+    return tuple(raw - (raw > 0 and raw % 2) + (raw < 0 and raw % 2) for raw in raws)
+
+
+def test_the_same_base_is_the_same(driven):
+    found = beside(driven)
+    assert found.is_same
+    assert found.findings == ()
+
+
+def test_a_delay_and_a_rounding_are_both_named_and_nothing_else(driven):
+    """The issue's peer: 3 ms late, and a count off where it rounds otherwise."""
+    found = beside(driven, change=rounded, late_ticks=3)
+    assert kinds(found) == [(True, "late", 3), (False, "rounding", 1.0)]
+    assert found.findings[0].text == "commands 0x200 come 3 ms late, all alike"
+    assert found.findings[1].fields == ("current_1_ma", "current_2_ma", "current_3_ma")
+    assert (found.first.tick, found.first.wire, found.first.peer) == (0, "can 0x200", "nothing")
+
+
+@pytest.mark.parametrize("late", [1, 2, 20, 150])
+def test_time_alone(driven, late):
+    assert kinds(beside(driven, late_ticks=late)) == [(True, "late", late)]
+
+
+@pytest.mark.parametrize(
+    ("change", "kind", "amount"),
+    [
+        (rounded, "rounding", 1.0),
+        (lambda raws: tuple(raw + 7 for raw in raws), "offset", 7),
+        (lambda raws: tuple(round(0.9 * raw) for raw in raws), "scale", 0.9),
+        (lambda raws: (raws[1], raws[0], *raws[2:]), "other", None),
+    ],
+)
+def test_value_alone(driven, change, kind, amount):
+    found = beside(driven, change=change)
+    assert {(one.is_time, one.kind) for one in found.findings} == {(False, kind)}
+    if amount is not None:
+        assert [one.amount for one in found.findings] == [pytest.approx(amount, rel=1e-3)]
+    assert found.first.tick > 0 or kind == "offset"
+
+
+def test_the_first_divergence_is_the_first_byte_that_differs(driven):
+    """In the 900th frame, one count of one motor."""
+    count = iter(range(1 << 30))
+    found = beside(driven, change=lambda raws: (raws[0], raws[1] + (next(count) == 900), *raws[2:]))
+    first = found.first
+    assert (first.tick, first.wire, first.field) == (900, "can 0x200", "current 2")
+    assert int(first.peer.split()[0]) == int(first.reference.split()[0]) + 1
+    assert kinds(found) == [(False, "rounding", 1.0)]
+    assert "in 1 of 3000 frames, first at 0.900 s" in found.findings[0].text
+
+
+def test_frames_that_never_come_are_time_and_no_wrong_value(driven):
+    random_ = random.Random(5)
+    found = beside(driven, change=lambda raws: None if random_.random() < 0.1 else raws, late_ticks=2)
+    assert [(one.kind, one.is_time) for one in found.findings] == [("late", True), ("missing", True)]
+    assert found.findings[1].amount == pytest.approx(300, abs=60)
+
+
+def test_a_delay_that_changes_is_said_to(driven):
+    """2 ms at first, 6 ms from the middle of the drive on."""
+
+    class Slower(Changed):
+        def step(self, tick, *wires):
+            if tick == 1600:
+                self.commands.extendleft([()] * 4)
+            return super().step(tick, *wires)
+
+    ours, theirs = (from_recording(driven, recorded_can=True) for _ in range(2))
+    theirs.bench.base = Slower(theirs.bench.robot, late_ticks=2)
+    found = parity(list(ours), list(theirs), family(ours.bench.robot))
+    assert found.findings[0].kind == "varies"
+    assert "come 2 to 6 ms late" in found.findings[0].text
+
+
+def test_late_answers_are_told_apart_from_commands(driven):
+    found = beside(driven, late_answers=4)
+    assert [(one.wire, one.kind, one.amount) for one in found.findings] == [("answers", "late", 4)]
+
+
+def test_by_the_command(call, tmp_path):
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    (tmp_path / "late.py").write_text(
+        "from bench.base import Base\n"
+        "class Late:\n"
+        "    def __init__(self, robot): self.base, self.kept = Base(robot), [()] * 3\n"
+        "    def step(self, *wires):\n"
+        "        commands, answer = self.base.step(*wires)\n"
+        "        self.kept.append(commands)\n"
+        "        return self.kept.pop(0), answer\n"
+    )
+    worlds = f"sim,sim,{tmp_path / 'late.py'}:Late"
+    drive, kept = tmp_path / "drive.toml", tmp_path / "run"
+    status, out, err = call("parity", drive, "--worlds", worlds, "--record", kept, "--json")
+    assert (status, err) == (1, "")
+    same, late = json.loads(out)["worlds"]
+    assert (same["same"], same["timing"], same["values"]) == (True, [], [])
+    assert [(one["kind"], one["amount"]) for one in late["timing"]] == [("late", 3)]
+    assert late["values"] == []
+    status, out, _ = call("parity", drive, "--worlds", f"sim,{kept}")
+    assert (status, out) == (0, f"{kept}: the same as sim, byte for byte, for 3.0 s\n")
+
+
+@needs_compiler
+def test_a_firmware_beside_its_mended_twin(tmp_path):
+    """Two firmwares in C that differ in nothing that this drive asks for, each in a process of its own."""
+    from pathlib import Path
+
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    folder = Path(__file__).parents[1] / "docs/examples/firmware/superloop"
+    (found,) = worlds_of(tmp_path / "drive.toml", [str(folder / "superloop.toml"), str(folder / "fixed.toml")])
+    assert found.parity.is_same, found.parity
+
+
+@pytest.mark.parametrize(("worlds", "words"), [("sim", "two or more"), ("sim,nobody", "nobody"), ("", "two or more")])
+def test_what_is_no_world_is_said_in_a_sentence(call, tmp_path, worlds, words):
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    status, out, err = call("parity", tmp_path / "drive.toml", "--worlds", worlds)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_recording_does_not_drive(driven):
+    with pytest.raises(UsageError, match="is a recording; put sim"):
+        list(worlds_of(driven, [str(driven), "sim"]))
