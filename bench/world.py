@@ -20,7 +20,7 @@ from bench.motors import emulated_escs
 from bench.noise import SILENT, Noise, NoisyFeedback
 from bench.plant import Plant
 from bench.slamware.core_side import SlamwareCore
-from bench.wires.timing import Timing
+from bench.timed.timing import Timing
 
 
 class Motors(Protocol):

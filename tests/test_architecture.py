@@ -63,7 +63,7 @@ BUILDS_ON = {
     "drive.py": FOUNDATION | {"bench.kinematics", "bench.link"},
     "rc_decode.py": FOUNDATION | {"bench.rc"},
     "arena.py": FOUNDATION,
-    "wires/": FOUNDATION | {"bench.wires", "bench.canbus", "bench.rc.line"},
+    "timed/": FOUNDATION | {"bench.timed", "bench.canbus", "bench.rc.line"},
     "noise.py": FOUNDATION,
     "plant.py": FOUNDATION | {"bench.arena", "bench.ground", "bench.kinematics"},
 }

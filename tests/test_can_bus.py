@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.canbus.bits import frame_bits, wire_bits
-from bench.wires.can_bus import Arbitration, Frame, Mailboxes, Queue
+from bench.timed.can_bus import Arbitration, Frame, Mailboxes, Queue
 
 
 def arbitration_field(frame: Frame) -> str:

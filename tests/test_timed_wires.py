@@ -9,9 +9,9 @@ from bench.canbus.bits import frame_bits
 from bench.check.sources import from_recording, from_source
 from bench.config import load_robot
 from bench.rc.line import Settings
-from bench.wires.settings import Wires
-from bench.wires.timing import Timing
-from bench.wires.uart import Paced
+from bench.timed.settings import Wires
+from bench.timed.timing import Timing
+from bench.timed.uart import Paced
 
 DRIVE = """schema = 1
 name = "drive"

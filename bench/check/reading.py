@@ -37,7 +37,7 @@ from bench.config import ConfigError, load_robot
 from bench.messages import TICK_US, CanFrame, TickOutput
 from bench.motors import family
 from bench.noise import Noise
-from bench.wires.settings import SLAMWARE_BAUD, UNTIMED, Wires, node_of
+from bench.timed.settings import SLAMWARE_BAUD, UNTIMED, Wires, node_of
 
 if TYPE_CHECKING:
     from bench.check.arrays import CanArrays

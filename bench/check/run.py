@@ -25,8 +25,8 @@ from bench.errors import UsageError
 from bench.loop import Bench, simulated
 from bench.messages import TickInput, TickOutput
 from bench.noise import SILENT, Noise
-from bench.wires.settings import UNTIMED, Wires
-from bench.wires.timing import Timing
+from bench.timed.settings import UNTIMED, Wires
+from bench.timed.timing import Timing
 
 
 @dataclass(slots=True)

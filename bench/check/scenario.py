@@ -19,7 +19,7 @@ vx_mps = 0.25
 [noise]                     # on the feedback of the motors; see `bench.noise`
 loss = 0.01
 
-[wires]                     # the bus and the lines take their time; see `bench.wires.settings`
+[wires]                     # the bus and the lines take their time; see `bench.timed.settings`
 can_bitrate = 500000
 
 [[fault]]                   # see `faults`
@@ -56,7 +56,7 @@ from bench.config.emit import toml_text
 from bench.messages import BodyTwist
 from bench.noise import SILENT, Noise, read_noise
 from bench.rc.transmitter import Sticks
-from bench.wires.settings import UNTIMED, Wires, read_wires
+from bench.timed.settings import UNTIMED, Wires, read_wires
 
 MOST_ON_THE_WIRE = 32767
 """m/s and rad/s: what a request of the core can say (Q16)."""

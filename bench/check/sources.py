@@ -43,7 +43,7 @@ from bench.messages import TickInput
 from bench.plant import Plant
 from bench.rc.capture import Capture, by_tick, load_capture
 from bench.rc.transmitter import sent_by_tick
-from bench.wires.timing import Timing
+from bench.timed.timing import Timing
 from bench.world import RecordedMotors, SimulatedMotors
 
 TAIL_TICKS = 1000

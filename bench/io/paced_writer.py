@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bench.io.serial_port import SerialPort
 from bench.rc.line import Settings
-from bench.wires.uart import Paced
+from bench.timed.uart import Paced
 
 
 class PacedWriter:

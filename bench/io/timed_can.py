@@ -17,7 +17,7 @@ from typing import Any
 import can
 
 from bench.io.clock import now_ns
-from bench.wires.can_bus import Arbitration, Frame, Queue, Sent
+from bench.timed.can_bus import Arbitration, Frame, Queue, Sent
 
 TX_FRAMES = 10
 """Room in a node's queue: what Linux gives a CAN interface (its txqueuelen)."""

@@ -16,9 +16,9 @@ from collections.abc import Sequence
 
 from bench.messages import CanFrame
 from bench.rc.line import USUAL, Settings
-from bench.wires.can_bus import Arbitration, Frame, Mailboxes, Sent, Station
-from bench.wires.settings import Wires
-from bench.wires.uart import Paced
+from bench.timed.can_bus import Arbitration, Frame, Mailboxes, Sent, Station
+from bench.timed.settings import Wires
+from bench.timed.uart import Paced
 
 MOST_LOGGED = 20_000
 """Frames that are kept until somebody takes them: two seconds of a full bus."""
