@@ -40,6 +40,7 @@ class Reckoning:
         "_kinematics",
         "_motors",
         "_slip_mark",
+        "_stood_in",
         "_timeout_ticks",
         "_unfollowed_rad",
         "_unfollowed_turn_rad",
@@ -68,6 +69,7 @@ class Reckoning:
         self.odometry = odometry_of(robot, self._kinematics)
         self.gyro = GyroBus(robot.gyro) if robot.gyro is not None else None
         self._timeout_ticks = robot.link.feedback_timeout_ms
+        self._stood_in = False  # the driven wheels, for dead ones, since those were last heard
         # What the driven wheels turned since dead wheels were last followed, and any wheels since the gyro was.
         self._unfollowed_rad = [0.0] * len(robot.wheels)
         self._unfollowed_turn_rad = 0.0
@@ -89,9 +91,8 @@ class Reckoning:
             self.turned_rad = _sums(self.turned_rad, driven_rad)
         dead_rad = None
         if self._encoders is not None:
-            was_silent = self._encoders.silent_ticks(tick) > self._timeout_ticks
             dead_rad = self._encoders.turned(tick, frames)
-            if was_silent and dead_rad:
+            if dead_rad and self._stood_in:
                 dead_rad = []  # what the driven wheels stood in for must not be counted again
             elif dead_rad:
                 self.dead_turned_rad = _sums(self.dead_turned_rad, dead_rad)
@@ -129,6 +130,7 @@ class Reckoning:
         if dead_rad:
             self.source = DEAD_WHEELS
         elif dead_rad is not None or encoders.silent_ticks(tick) >= self._timeout_ticks:
+            self._stood_in = dead_rad is None and (self._stood_in or any(unfollowed_rad))
             self.source, dead_rad = DRIVEN_WHEELS, unfollowed_rad
         if dead_rad:
             self._unfollowed_rad = [0.0] * len(unfollowed_rad)

@@ -257,6 +257,19 @@ def test_bursts_of_loss_lose_no_motion_that_can_be_known(burst, which):
         assert all("lost count, 3 times since 0.2" in text for text in bench.bus_findings)
 
 
+@pytest.mark.parametrize("name", robot_names())
+def test_a_silence_within_its_bound_loses_no_robots_motion(name):
+    robot = replace(load_robot(name), rc=None)
+    motors = Gaps(robot)
+    motors.lost = lambda tick, can_id: tick % 97 < 13 and tick < 600
+    plain = simulated(robot)
+    bench = Bench(plain.base, World(robot, core=plain.world.core, motors=motors))
+    reference = by_true_wheels(bench, there_and_back(robot))
+    truth = reference.pose if name != "deadwheel3" else bench.world.plant.pose
+    distance_m, angle_rad = off(truth, bench.base.odometry.pose)
+    assert (distance_m < 3e-4, angle_rad < 3e-4, bench.bus_findings) == (True, True, ())
+
+
 def test_a_gyro_turns_the_way_that_was_waited_for():
     # A bend of 4 rad/s at 0.35 m/s, of which the wheels tell every 20 ms: 0.08 rad, or 0.3 mm of each 7 mm.
     robot = with_instruments(m2006(ground_grip=1e6, limits_angular_radps=4.0), dead=False, gyro=Gyro(1))
@@ -383,6 +396,20 @@ def test_no_gap_of_dead_wheels_loses_motion_or_counts_it_twice(gap):
     assert rig.bench.base.reckoning.source == DEAD_WHEELS
     rig.run(600)
     assert off(rig.truth, rig.believed)[0] < 2e-3
+
+
+@pytest.mark.parametrize("gap", [21, 40, 71])
+def test_dead_wheels_tell_of_a_silence_in_which_no_driven_wheel_could_stand_in(gap):
+    # Nobody was heard for longer than driven wheels know their turns; dead ones turn slowly enough to.
+    rig = rig_with_gaps(load_robot("deadwheel3"), lambda tick, can_id: 600 <= tick < 600 + gap)
+    rig.run(601 - rig.bench.now_tick, Sticks(forward=0.8, turn=0.2))
+    at = rig.truth
+    rig.run(gap, Sticks(forward=0.8, turn=0.2))
+    assert math.dist(rig.truth[:2], at[:2]) > 0.003
+    rig.run(60, Sticks(forward=0.8, turn=0.2))
+    rig.run(400)
+    assert off(rig.truth, rig.believed)[0] < 1e-3
+    assert [text.split(",")[0] for text in rig.bench.bus_findings] == [f"0x20{i} lost count" for i in (1, 2, 3)]
 
 
 def test_wheels_stand_in_for_a_silent_gyro():

@@ -148,4 +148,4 @@ def _explained(finding: Finding) -> str:
         case Kind.FOREIGN:
             return "no motor or controller of this bus"
         case Kind.LOST_COUNT:
-            return "silent for so long that its whole turns are not known; odometry goes on without that motion"
+            return "silent for so long that its whole turns are not known: what it turned meanwhile is not counted"
