@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 MAX_BUMPERS, MAX_RANGE_SENSORS, MAX_RECEIVERS = 8, 16, 8
 """What the SLAMWARE control bus can tell of."""
 
+MOST_M = 100.0
+"""From the robot's centre: larger than any robot, and told on the bus in 32 bits of 1/256 mm."""
 HEIGHT_M = 0.05
 REACH_M = 4.0
 DOCK_REACH_M = 3.0
@@ -127,7 +129,7 @@ def _read_bumper(entry: Table) -> Bumper:
         name=entry.get("name", str),
         bearing_rad=math.radians(entry.get("bearing_deg", float)),
         span_rad=_angle(entry, "span_deg"),
-        height_m=entry.get("height_m", float, HEIGHT_M),
+        height_m=_place(entry, "height_m", HEIGHT_M),
     )
     entry.refuse_rest()
     return bumper
@@ -136,13 +138,13 @@ def _read_bumper(entry: Table) -> Bumper:
 def _read_range_sensor(entry: Table, radius_m: float) -> RangeSensor:
     bearing_deg = entry.get("bearing_deg", float)
     bearing_rad = math.radians(bearing_deg)
-    distance_m = entry.get("distance_m", float, radius_m)
+    distance_m = _place(entry, "distance_m", radius_m)
     sensor = RangeSensor(
         name=entry.get("name", str),
         x_m=distance_m * math.cos(bearing_rad),
         y_m=distance_m * math.sin(bearing_rad),
         heading_rad=math.radians(entry.get("heading_deg", float, bearing_deg)),
-        height_m=entry.get("height_m", float, HEIGHT_M),
+        height_m=_place(entry, "height_m", HEIGHT_M),
         reach_m=_positive(entry, "reach_m", REACH_M),
     )
     entry.refuse_rest()
@@ -175,6 +177,13 @@ def _angle(entry: Table, name: str) -> float:
     if not 0.0 < degrees <= 360.0:
         raise entry.fail(name, f"expected more than 0 and at most 360 degrees, got {degrees}")
     return math.radians(degrees)
+
+
+def _place(entry: Table, name: str, default: float) -> float:
+    value: float = entry.get(name, float, default)
+    if abs(value) > MOST_M:
+        raise entry.fail(name, f"expected -{MOST_M:g} to {MOST_M:g}, got {value:g}")
+    return value
 
 
 def _positive(entry: Table, name: str, default: float) -> float:

@@ -75,6 +75,14 @@ heading_deg = 90
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
+        (
+            "[[range_sensor]]\nname = 'a'\nbearing_deg = 0\ndistance_m = 1e9\n",
+            r"range_sensor\[0\]\.distance_m: expected -100 to 100, got 1e\+09",
+        ),
+        (
+            "[[bumper]]\nname = 'a'\nbearing_deg = 0\nspan_deg = 9\nheight_m = -1e300\n",
+            r"bumper\[0\]\.height_m: expected -100 to 100",
+        ),
         ("[[bumper]]\nname = 'a'\nbearing_deg = 0\n", r"bumper\[0\]\.span_deg: is missing"),
         ("[[bumper]]\nname = 'a'\nbearing_deg = 0\nspan_deg = 0\n", "more than 0 and at most 360 degrees, got 0"),
         ("[[bumper]]\nname = 'a'\nbearing_deg = 0\nspan_deg = 361\n", "more than 0 and at most 360 degrees, got 361"),

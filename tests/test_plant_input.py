@@ -26,6 +26,7 @@ from bench.world import SimulatedMotors
         ("grip", "0.0", "ground.grip: expected a positive number, got 0.0"),
         ("resistance_ohm", "0.0", "motor.resistance_ohm: expected a positive number, got 0.0"),
         ("torque_nm_per_a", "-0.18", "motor.torque_nm_per_a: expected a positive number, got -0.18"),
+        ("speed_filter_ms", "1e300", "motor.speed_filter_ms: expected 0 to 10000, got 1e+300"),
     ],
 )
 def test_an_impossible_robot_file_is_refused_with_file_and_key(tmp_path, key, value, sentence):

@@ -37,6 +37,8 @@ _SANE = {
     "body.cog_height_m": (0.0, 100.0),
     "ground.grip": (1e-3, 100.0),
     "ground.rolling": (0.0, 10.0),
+    "motor.current_lag_ms": (0.0, 1e4),
+    "motor.speed_filter_ms": (0.0, 1e4),
 }
 """Far beyond any robot: what lies outside is a slip of the keyboard, and arithmetic would suffer."""
 
