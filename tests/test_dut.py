@@ -20,6 +20,7 @@ from bench.check.reading import Recording
 from bench.check.recording import RunInfo
 from bench.check.run import Run
 from bench.config import load_robot
+from bench.dut import build as build_module
 from bench.dut import firmware as firmware_module
 from bench.dut.build import folder_of
 from bench.dut.firmware import FirmwareBase, firmware_of
@@ -226,6 +227,19 @@ def test_only_what_changed_is_compiled_again(tmp_path):
     (tmp_path / "limit.h").write_text("#define LIMIT 2\n")
     assert made(tmp_path, source).built.is_new, "a header counts"
     first.program.unlink()
+    assert made(tmp_path, source).built.is_new
+
+
+def test_a_program_that_was_made_with_another_shim_is_made_again(tmp_path, monkeypatch):
+    """The bench was updated: the two would not understand each other."""
+    source = '#include "wheelbench.h"\nint main(void) { for (;;) wb_wait(); }\n'
+    shim = tmp_path / "shim"
+    shutil.copytree(build_module.SHIM, shim)
+    monkeypatch.setattr(build_module, "SHIM", shim)
+    assert made(tmp_path, source).built.is_new
+    assert not made(tmp_path, source).built.is_new
+    with open(shim / "core.h", "a") as header:
+        header.write("/* newer */\n")
     assert made(tmp_path, source).built.is_new
 
 
