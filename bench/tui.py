@@ -20,7 +20,6 @@ from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
 
 from bench.errors import EXIT_FAILED, EXIT_OK
-from bench.io.clock import now_ns
 from bench.screen.ink import Inks
 from bench.screen.layout import OVER, PANELS, Place
 from bench.screen.motion import MOTION
@@ -124,7 +123,7 @@ class Dashboard(App[None], inherit_bindings=False):
             self.exit()
             return
         if self.terminal is not None:
-            self.terminal.begin_watch()  # nothing was asked until now
+            self.terminal.watch_anew()  # nothing was asked until now
         self._begin()
 
     def _begin(self) -> None:
@@ -177,12 +176,12 @@ class Dashboard(App[None], inherit_bindings=False):
         """The terminal speaks Kitty's protocol: have it tell releases."""
         terminal = self.terminal
         if terminal is not None:
-            terminal.write(terminal.watch.kitty(message.flags, now_ns()))
+            terminal.write(terminal.watch.kitty(message.flags, _now_ns()))
 
     def on_cursor_reported(self, message: CursorReported) -> None:
         """The terminal is alive. What was held when it answered still is."""
         terminal = self.terminal
-        answered = terminal is not None and terminal.watch.answered(message.row, message.column, now_ns())
+        answered = terminal is not None and terminal.watch.answered(message.row, message.column, _now_ns())
         if answered and self._session is not None:
             self._session.alive()
 
@@ -217,7 +216,7 @@ class Dashboard(App[None], inherit_bindings=False):
         if not self._leave_if_over():
             picture, terminal = self._draw(), self.terminal
             if terminal is not None and terminal.backlog <= BACKLOG:
-                terminal.paint(picture, terminal.watch.ask(now_ns(), self.size.width))
+                terminal.paint(picture, terminal.watch.ask(_now_ns(), self.size.width))
 
     def _hear_early(self) -> None:
         """The keys that came before the bench, once it can heed them."""
@@ -249,7 +248,7 @@ class Dashboard(App[None], inherit_bindings=False):
         terminal = self.terminal
         if terminal is None:
             return 0
-        now = now_ns()
+        now = _now_ns()
         age_ms = int(now / 1e6 - at_s * 1e3)
         return max(age_ms, terminal.watch.age_ms(now)) if terminal.watch.answers else age_ms
 
@@ -279,7 +278,7 @@ class Dashboard(App[None], inherit_bindings=False):
             terminal.take_again()
             session.asleep()
             self.refresh(layout=True)
-        now = now_ns()
+        now = _now_ns()
         watch = terminal.watch
         if session.keyboard is not None:
             session.keyboard.sticks.releases = watch.releases and watch.answers
@@ -349,6 +348,12 @@ class Dashboard(App[None], inherit_bindings=False):
             self._settled = all(panel.stands for panel in self._panels.values())
             self._inks = self._inks or inks_of(self.console, self.get_line_filters())
         return self._settled
+
+
+def _now_ns() -> int:
+    from bench.io.clock import now_ns  # late, like all that the first picture does not need
+
+    return now_ns()
 
 
 def _name(event: events.Key) -> str:

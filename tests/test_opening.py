@@ -70,7 +70,7 @@ def test_the_first_frame_needs_nothing_of_the_bench():
 import sys, bench.tui
 from bench.__main__ import _parser
 _parser("drive").parse_args(["drive"])
-heavy = ("pymunk", "can", "serial", "numpy", "bench.config", "bench.arena", "bench.base", "bench.check", "bench.rc")
+heavy = ("pymunk", "can", "serial", "numpy", "bench.config", "bench.arena", "bench.base", "bench.check", "bench.rc", "bench.messages")
 print([name for name in heavy if name in sys.modules])"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -19,7 +19,6 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.keys import _character_to_key
 from textual.message import Message
 
-from bench.io.clock import now_ns
 from bench.screen import terminal_input as sent
 from bench.screen.guardian import Guardian
 from bench.screen.motion import MOTION
@@ -112,7 +111,17 @@ class Terminal(LinuxDriver):
         """The process was stopped and goes on, without a word to us before."""
         self.stuck = False
         """The terminal took nothing to the last: whatever else is written to it will wait for ever."""
-        self.begin_watch()
+        self._watch: TerminalWatch | None = None
+
+    @property
+    def watch(self) -> TerminalWatch:
+        """What the terminal's answers prove, since somebody first asked after it was taken."""
+        if self._watch is None:
+            from bench.io.clock import now_ns  # with its pacers, which nobody needs before there is a bench
+
+            environment = {"STY": "off"} if constants.DISABLE_KITTY_KEY else os.environ
+            self._watch = TerminalWatch(now_ns(), environment)
+        return self._watch
 
     # --- what goes out -------------------------------------------------------------------------------------------
 
@@ -163,7 +172,7 @@ class Terminal(LinuxDriver):
         self._guardian = Guardian(self._outlet.fileno())
         super().start_application_mode()  # type: ignore[no-untyped-call]
         self._in_use = True
-        self.begin_watch()
+        self.watch_anew()
         if self._pointer_on:
             self.write(MOUSE_ON)
 
@@ -180,10 +189,9 @@ class Terminal(LinuxDriver):
         self.suspend_application_mode()
         self.resume_application_mode()
 
-    def begin_watch(self) -> None:
+    def watch_anew(self) -> None:
         """Nothing is known of the terminal yet."""
-        environment = {"STY": "off"} if constants.DISABLE_KITTY_KEY else os.environ
-        self.watch = TerminalWatch(now_ns(), environment)
+        self._watch = None
 
     def _sigcont_application(self, *_: object) -> None:
         """The process goes on. Textual would take a terminal twice that it has never given back."""
