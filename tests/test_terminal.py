@@ -112,7 +112,7 @@ def test_a_drive_from_start_to_end(terminal, tmp_path):
     terminal.do("resize-window", "-x", "80", "-y", "24")
     terminal.wait_for("WASDQE 50 %")
     terminal.keys("?")
-    terminal.wait_for("A tap nudges.")
+    terminal.wait_for("A key drives while it repeats.")
     terminal.keys("?")
     terminal.wait_for(" ARMED ")
 
