@@ -7,7 +7,7 @@
 
 All fields are big-endian, signed but for the angle (C610 user guide V1.0; bytes 6 and 7 are empty on a C610). Angle and
 speed are those of the rotor, before the 36:1 gear. `MotorBus` is the base's end, `EmulatedEscs` the motors' end; the
-sign of each motor's wire against its wheel is applied by both through one table, `Wiring`, and nowhere else.
+sign of each motor's wire against its wheel is applied by both through one table, `wiring.Wiring`, and nowhere else.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ import struct
 from collections.abc import Sequence
 from math import floor
 
-from bench.canbus.c610 import COMMAND_IDS, COUNTS, FAMILY, FEEDBACK_ID, GROUP, QUICK_ID
+from bench.canbus.c610 import COMMAND_IDS, COUNTS, FAMILY, FEEDBACK_ID, QUICK_ID
 from bench.canbus.instruments import GYRO_ID
 from bench.canbus.table import Family
 from bench.canbus.watch import BusWatch, Kind
 from bench.config import Motor, Robot
 from bench.messages import CanFrame
 from bench.unwrap import COUNTS_PER_RPM_TICK, HALF_TURN, Births, BySpeed, Unwrap, filter_share, shorter_way
+from bench.wiring import Wiring
 
-RPM_PER_RADPS = 30.0 / math.pi
 FRAME_LENGTH = 8
 SHORT_GAP_TICKS = 2
 """One lost frame: where an ESC reports a speed that its angle contradicts, the shorter way round is right below 15,000
@@ -60,24 +60,6 @@ def encode_feedback(angle_counts: int, speed_rpm: int, current_ma: int) -> bytes
 def decode_feedback(data: bytes) -> tuple[int, int, int] | None:
     """8 bytes -> (rotor angle in counts, rotor rpm, current in mA); None where the length is wrong."""
     return _FEEDBACK.unpack(data) if len(data) == FRAME_LENGTH else None
-
-
-class Wiring:
-    """Which ESC turns which wheel and in which sense: the one table that knows `direction` and the gear."""
-
-    __slots__ = ("can_ids", "command_ids", "counts_per_rad", "rad_per_count", "raw_per_a", "rpm_per_radps", "slots")
-
-    def __init__(self, robot: Robot, family: Family = FAMILY) -> None:
-        wheels = robot.wheels
-        self.can_ids = tuple(wheel.can_id for wheel in wheels)
-        self.raw_per_a = tuple(wheel.direction * family.raw_per_a for wheel in wheels)
-        self.counts_per_rad = tuple(wheel.direction * wheel.gear * COUNTS / (2.0 * math.pi) for wheel in wheels)
-        self.rad_per_count = tuple(1.0 / counts for counts in self.counts_per_rad)
-        self.rpm_per_radps = tuple(wheel.direction * wheel.gear * RPM_PER_RADPS for wheel in wheels)
-        # Each wheel's place in its command frame: (index of the frame among those sent, slot 0 to 3).
-        groups = sorted({(can_id - 1) // GROUP for can_id in self.can_ids})
-        self.command_ids = tuple(COMMAND_IDS[group] for group in groups)
-        self.slots = tuple((groups.index((can_id - 1) // GROUP), (can_id - 1) % GROUP) for can_id in self.can_ids)
 
 
 class MotorBus:
@@ -130,10 +112,7 @@ class MotorBus:
             self._others.add(GYRO_ID + robot.gyro.can_id)
         # What a usual tick brings, in wheel order: wheel, identifier, rad per count.
         self._usual = tuple((wheel, can_id, rad) for can_id, (wheel, rad) in self._sources.items())
-        # Where currents go, in the order of their places: wheel, raw per A. Slots of absent motors are padding.
-        places = sorted((place, wheel) for wheel, place in enumerate(wiring.slots))
-        self._outputs = tuple((wheel, wiring.raw_per_a[wheel]) for _, wheel in places)
-        self._commands = _command_layouts(wiring.command_ids, [place for place, _ in places])
+        self._outputs, self._commands = wiring.outputs, wiring.commands
         self._stop_frames = tuple((can_id, bytes(FRAME_LENGTH)) for can_id in wiring.command_ids)
         self._limit_raw = float(math.floor(robot.limits.current_a * family.raw_per_a))
         self._reports: Sequence[CanFrame] = [(0, b"")] * count
@@ -320,20 +299,6 @@ class MotorBus:
     def wake(self) -> tuple[CanFrame, ...]:
         """What has to be sent before the first command that shall move something: nothing, to a C610."""
         return ()
-
-
-def _command_layouts(
-    command_ids: Sequence[int], places: Sequence[tuple[int, int]]
-) -> tuple[tuple[int, struct.Struct, int, int], ...]:
-    """For each command frame: identifier, layout, and which of the currents, in the order of `places`, are in it."""
-    layouts = []
-    start = 0
-    for frame, can_id in enumerate(command_ids):
-        codes = ["h" if (frame, slot) in places else "2x" for slot in range(GROUP)]
-        end = start + codes.count("h")
-        layouts.append((can_id, struct.Struct(">" + "".join(codes)), start, end))
-        start = end
-    return tuple(layouts)
 
 
 def _clamped(raw: float, most: float) -> int:
