@@ -259,6 +259,16 @@ def test_replay_refuses_arguments_in_one_sentence(call, arguments):
     assert len(err.splitlines()) == 1
 
 
+def test_a_capture_without_a_frame_is_told_what_to_try(call, tmp_path):
+    stream = tmp_path / "notes.txt"
+    stream.write_text("a text\n")
+    _, out, _ = call("replay", stream)
+    lines = out.splitlines()
+    at = lines.index("rc        0 frames, 7 bytes of noise")
+    assert lines[at + 1] == "          not one frame: wheelbench decode auto FILE says what such bytes may be"
+    assert "not one frame" not in call("replay", DRIVE)[1]
+
+
 def test_a_capture_of_another_protocol_names_the_profile_to_take(call, tmp_path):
     stream = tmp_path / "stick.bin"
     stream.write_bytes(b"\x0f" * 50)

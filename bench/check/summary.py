@@ -127,6 +127,8 @@ class Summary:
         link = getattr(run.bench.onlooker or run.bench.base, "link", None)
         heard = f"{link.frames} frames, {link.noise_bytes} bytes of noise" if link else f"{self.rc_bytes} bytes"
         yield f"rc        {heard}"
+        if link and link.noise_bytes and not link.frames:
+            yield "          not one frame: wheelbench decode auto FILE says what such bytes may be"
         yield f"slamware  {self.core_requests} requests, {self.core_answers} answers"
         yield (
             f"can       {self.can_commands} commands, {self.can_feedback} feedback frames;"
