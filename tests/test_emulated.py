@@ -455,6 +455,7 @@ def test_emulate_says_where_it_is_what_it_hears_and_stops_by_ctrl_c(tmp_path):
         (("core", "pty:", "--twist", "nan,0,0"), 2, "expected numbers from -32767 to 32767"),
         (("core", "pty:", "--twist", "0,0,1e30"), 2, "expected numbers from -32767 to 32767"),
         (("firmware", "--can", "can:virtual:x", "--rc", "pty:", "--robot", "slamware-b"), 2, "slamware-b takes no RC"),
+        (("firmware", "--can", "can:slcan:/dev/ttyACM0"), 2, "may move real motors; lift the robot off the floor"),
         (("receiver", "pty:", "--protocol", "morse"), 2, "expected uart12, sbus"),
         (("receiver", "pty:", "--protocol", "sbus", "--seconds", "-1"), 2, "expected a positive number"),
         (("base", "serial:/dev/no-such-thing"), 3, "plug it in"),

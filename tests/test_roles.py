@@ -32,7 +32,7 @@ from bench.io.rig import OutBus
 from bench.io.roles import take_role
 from bench.io.serial_port import open_serial
 from bench.loop import simulated
-from bench.m2006 import decode_command
+from bench.m2006 import decode_command, encode_command
 from bench.messages import BodyTwist, TickInput
 from bench.rc.transmitter import Sticks, Transmitter
 from bench.screen.keyboard import Keyboard
@@ -199,6 +199,19 @@ def test_a_firmware_on_three_wires_drives_the_simulated_robot(tmp_path):
     assert bench.bench.snapshot().driver == "foreign base"
     firmware.close()
     bench.rig.close()
+
+
+def test_an_emulated_firmware_is_limited_and_leaves_no_current_behind():
+    """Who plays a base may have real motors at the other end: the last line before the port is that of the role."""
+    bus = open_can("far", "can:virtual:roles-firmware")
+    firmware = FirmwareOnPorts(M2006, open_can("--can", "can:virtual:roles-firmware"), None, None)
+    wild = (0x200, encode_command((10_000, -10_000, 100, 9999)))
+    firmware.base.step = lambda *wires: ((wild, (0x123, b"")), b"")
+    firmware.step(0)
+    assert bus.read() == ((0x200, encode_command((600, -600, 100, 0))),)
+    firmware.close()
+    assert bus.read() == ((0x200, bytes(8)),)
+    bus.close()
 
 
 def test_a_core_on_a_wire_drives_the_simulated_robot(tmp_path):
@@ -469,7 +482,7 @@ def test_a_firmware_in_another_process_meets_the_bench_on_three_wires(tmp_path):
     try:
         until(lambda: all(link.exists() for link in at.values()) or run.poll() is not None)
         firmware = wheelbench(
-            "emulate", "firmware", "--json",
+            "emulate", "firmware", "--json", "--arm",
             "--rc", f"serial:{at['rc']}", "--slamware", f"serial:{at['slamware']}", "--can", f"can:slcan:{at['can']}",
         )  # fmt: skip
         out, err = run.communicate(timeout=60)

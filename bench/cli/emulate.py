@@ -40,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     made["firmware"].add_argument("--can", metavar="ADDRESS", required=True, help="the bus of its motors")
     made["firmware"].add_argument("--rc", metavar="ADDRESS", help="where its RC receiver is")
     made["firmware"].add_argument("--slamware", metavar="ADDRESS", help="where its SLAMWARE core is")
+    made["firmware"].add_argument("--arm", action="store_true", help="real motors may move: they stand clear")
     for name, default in (("escs", "m2006"), ("base", "slamware-a"), ("firmware", "m2006")):
         made[name].add_argument("--robot", metavar="R", default=default, help=f"a name or a .toml file ({default})")
     asks = made["core"].add_mutually_exclusive_group()
@@ -178,6 +179,7 @@ def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]
     from bench.errors import UsageError
     from bench.io.can_port import open_can
     from bench.io.emulated.devices import FirmwareOnPorts
+    from bench.io.limiter import refuse_unarmed
     from bench.io.serial_port import open_serial
     from bench.rc.line import USUAL
 
@@ -186,6 +188,7 @@ def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]
     robot = load_robot(args.robot)
     if args.rc and robot.rc is None:
         raise UsageError(f"--rc: {robot.name} takes no RC; leave it out, or take a robot whose file has an rc")
+    refuse_unarmed("--can", args.can, robot, args.arm)
     bus = open_can("--can", args.can)
     rc = open_serial("--rc", args.rc, USUAL[robot.rc.protocol]) if args.rc and robot.rc else None
     slamware = open_serial("--slamware", args.slamware) if args.slamware else None

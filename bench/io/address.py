@@ -67,7 +67,7 @@ class CanAddress(NamedTuple):
     @property
     def is_harmless(self) -> bool:
         """Whether no motor can hang on it: it does not leave the process. A bus between processes may be bridged."""
-        return self.interface in ("sim", "virtual")
+        return self.interface in ("sim", "virtual", "wheelbench")
 
 
 def serial_address(name: str, text: str) -> SerialAddress:

@@ -1,4 +1,4 @@
-"""The last line before a port with motors: what may leave, whatever the base commands."""
+"""The last line before a port with motors: who may send there at all, and what may leave, whatever a base commands."""
 
 from __future__ import annotations
 
@@ -7,10 +7,26 @@ import struct
 from collections.abc import Sequence
 
 from bench.config import Robot
+from bench.errors import UsageError
+from bench.io.address import can_address
 from bench.messages import CanFrame
 from bench.motors import family
 
 _WORDS = struct.Struct(">hhhh")
+
+
+def refuse_unarmed(option: str, address: str, robot: Robot, armed: bool) -> None:
+    """Raise UsageError where real motors may hang on a bus and nobody has said that they may move, or where the
+    robot's transmitter would arm them by being there.
+    """
+    if can_address(option, address).is_harmless:
+        return
+    if not armed:
+        raise UsageError(f"{option} {address}: may move real motors; lift the robot off the floor and add --arm")
+    if robot.rc is not None and robot.rc.arming != "switch":
+        raise UsageError(
+            f"{option} {address}: the profile {robot.rc.name} arms by its link alone; give one with a switch"
+        )
 
 
 class Limiter:

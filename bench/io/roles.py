@@ -15,9 +15,8 @@ from bench.base import Base
 from bench.check.faulty import FaultyWorld
 from bench.config import Robot
 from bench.errors import UsageError
-from bench.io.address import can_address
 from bench.io.can_port import CanPort
-from bench.io.limiter import Limiter
+from bench.io.limiter import Limiter, refuse_unarmed
 from bench.io.paced_writer import PacedWriter
 from bench.io.rig import OutBus, Rig
 from bench.io.serial_port import SerialPort
@@ -142,8 +141,7 @@ def _motors(bench: Bench, rig: Rig, at: dict[str, str], armed: bool) -> Bench:
             "--role motors: needs --can, where the motors are; such as --can can:slcan:/dev/ttyACM0@1000000"
         )
     robot, world = bench.robot, bench.world
-    if not can_address("--can", at["--can"]).is_harmless:
-        _refuse_unarmed(at["--can"], robot, armed)
+    refuse_unarmed("--can", at["--can"], robot, armed)
     _refuse_unreal_faults(world)
     bus = rig.can("--can", at["--can"])
     assert bus is not None
@@ -154,13 +152,6 @@ def _motors(bench: Bench, rig: Rig, at: dict[str, str], armed: bool) -> Bench:
         rig.is_armed = lambda: base.drive.armed
     world.motors = PortMotors(robot, world.plant, bus, rig, rig.limiter)
     return bench
-
-
-def _refuse_unarmed(can: str, robot: Robot, armed: bool) -> None:
-    if not armed:
-        raise UsageError(f"--can {can}: may move real motors; lift the robot off the floor and add --arm")
-    if robot.rc is not None and robot.rc.arming != "switch":
-        raise UsageError(f"--role motors: the profile {robot.rc.name} arms by its link alone; give one with a switch")
 
 
 def _refuse_unreal_faults(world: World) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 from bench.base import RC_PAUSE_US, Base
 from bench.config import Robot
 from bench.io.can_port import CanPort
+from bench.io.limiter import Limiter
 from bench.io.paced_writer import PacedWriter
 from bench.io.serial_port import SerialPort
 from bench.loop import Bench, replayed
@@ -106,12 +107,14 @@ class BaseOnLine:
 
 class FirmwareOnPorts:
     """Our own base controller as a firmware on a bench: RC and SLAMWARE lines in, a CAN bus of motors out. For whoever
-    wants to see the role `base` work before their own firmware does.
+    wants to see the role `base` work before their own firmware does. Real motors may hang on that bus: currents are
+    limited on their way out, and the last word is that there is none.
     """
 
     def __init__(self, robot: Robot, bus: CanPort, rc: SerialPort | None, slamware: SerialPort | None) -> None:
         self.base = Base(robot)
         self.bus, self.rc, self.slamware = bus, rc, slamware
+        self._limiter = Limiter(robot)
         self.commands = self.feedback = 0
         """Frames."""
 
@@ -122,7 +125,7 @@ class FirmwareOnPorts:
         commands, answer = self.base.step(
             tick, rc.read() if rc is not None else b"", slamware.read() if slamware is not None else b"", feedback
         )
-        bus.write(commands)
+        bus.write(self._limiter(commands))
         if slamware is not None and answer:
             slamware.write(answer)
         for port in (bus, rc, slamware):
@@ -140,7 +143,8 @@ class FirmwareOnPorts:
         return facts | {"armed": base.drive.armed, "driver": base.drive.driver, **_pose(base.odometry.pose)}
 
     def close(self) -> None:
-        """Give the ports back."""
+        """No current, and the ports back."""
+        self.bus.write(self._limiter.stop)
         for port in (self.bus, self.rc, self.slamware):
             if port is not None:
                 port.close()
