@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Container
 from types import FrameType
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -75,6 +75,8 @@ class Dashboard(App[None], inherit_bindings=False):
         self._keys_wait = session is None
         self._early: list[tuple[str, float]] = []
         """Keys that wait for it, and when they came."""
+        self._curtain: Panel | None = None
+        """The opening picture, until the panels stand over it."""
         self._panels: dict[str, Panel] = {}
         self._pad_place: Place | None = None
         self._settled = False
@@ -97,9 +99,12 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def compose(self) -> ComposeResult:
         """A panel for everything that can be shown; each frame puts those it needs where they belong."""
-        first = self._opening.picture(*self.size) if self._opening is not None else PANELS
-        self._panels = {name: Panel(name) for name in first}
-        yield from self._panels.values()
+        if self._session is None:
+            self._curtain = Panel("opening")
+            yield self._curtain
+        else:
+            self._panels = {name: Panel(name) for name in PANELS}
+            yield from self._panels.values()
 
     def on_mount(self) -> None:
         """Show what there is; let the system's ways to end a program be as orderly as the keys."""
@@ -128,7 +133,9 @@ class Dashboard(App[None], inherit_bindings=False):
 
     def _begin(self) -> None:
         """Start the frames."""
-        self._add_panels(PANELS)
+        if not self._panels:
+            self._panels = {name: Panel(name) for name in PANELS}
+            self.mount(*self._panels.values())
         self.set_interval(1 / FRAMES_PER_S, self.frame)
         self.frame()
 
@@ -301,21 +308,11 @@ class Dashboard(App[None], inherit_bindings=False):
             self.exit()
         return self.session.over
 
-    def _add_panels(self, names: Iterable[str]) -> None:
-        """Those that are not there yet, over those that are."""
-        new = {name: Panel(name) for name in names if name not in self._panels}
-        if new:
-            self._panels |= new
-            self.mount(*new.values())
-
     def _draw_opening(self) -> None:
-        if self._opening is not None and self._panels:
-            picture = self._opening.picture(*self.size)
-            self._add_panels(picture)
-            for name, panel in self._panels.items():
-                place, lines = picture.get(name, (None, []))
-                panel.put(place)
-                panel.show(lines)
+        if self._opening is not None and self._curtain is not None:
+            width, height = self.size
+            self._curtain.put(Place(0, 0, width, height))
+            self._curtain.show(self._opening.whole(width, height))
 
     def _draw(self) -> str:
         """Bring the panels up to date. What of that is to be written to the terminal; Textual sees to the rest."""
@@ -330,6 +327,9 @@ class Dashboard(App[None], inherit_bindings=False):
         for name, panel in self._panels.items():
             if panel.put(where.get(name)):
                 self._settled = False
+        if self._curtain is not None and all(panel.stands for panel in self._panels.values()):
+            self._curtain.put(None)
+            self._curtain = None
         straight = self._is_plain(where)
         changes = []
         for name, place in where.items():

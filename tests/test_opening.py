@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from desk import at_the_keys, frame
+from desk import at_the_keys, frame, on_screen
 from pty_terminal import PtyTerminal
 from textual import events
 
@@ -15,7 +15,7 @@ from bench.screen.layout import OVER, PANELS
 from bench.screen.opening import BUILDING, FIELD_M, opening_of
 from bench.screen.text import plain
 from bench.screen.view import PANELS as DRAWN
-from bench.screen.view import draw, places
+from bench.screen.view import draw, picture, places
 from bench.tui import Dashboard
 
 SIZES = [(59, 20), (60, 16), (80, 24), (120, 40), (200, 60)]
@@ -34,23 +34,28 @@ def test_every_pane_stands_where_it_will(name, tmp_path):
     assert opening == (name, robot.rc.name if robot.rc else "", len(robot.wheels))
     scene = at_the_keys(robot).scene()
     for size in SIZES:
-        picture = opening.picture(*size)
-        assert {panel: place for panel, (place, _) in picture.items()} == places(scene, *size)
-        for place, lines in picture.values():
+        opened = opening.picture(*size)
+        assert {panel: place for panel, (place, _) in opened.items()} == places(scene, *size)
+        for place, lines in opened.values():
             assert 0 < len(lines) <= place.height
             assert {len(plain(line)) for line in lines} == {place.width}
+        whole = [plain(line) for line in opening.whole(*size)]
+        assert {len(line) for line in whole} == {size[0]}
+        for place, lines in opened.values():
+            across = slice(place.x, place.x + place.width)
+            assert [line[across] for line in whole[place.y : place.y + len(lines)]] == [plain(line) for line in lines]
 
 
 def test_what_will_not_change_is_there_already(tmp_path):
-    picture = opening_of(None, None, tmp_path / "none").picture(120, 40)
+    opened = opening_of(None, None, tmp_path / "none").picture(120, 40)
     scene = at_the_keys().scene()
-    place, lines = picture["footer"]
+    place, lines = opened["footer"]
     always = plain(draw("footer", scene, place.width, 1)[0])[-43:]
     assert "SPACE STOP" in always
     assert plain(lines[0]).endswith(always)
-    place, lines = picture["arena"]
+    place, lines = opened["arena"]
     assert lines[0] == draw("arena", scene, place.width, place.height)[0]
-    assert plain(picture["title"][1][0])[:40] == plain(draw("title", scene, 120, 1)[0])[:40]
+    assert plain(opened["title"][1][0])[:40] == plain(draw("title", scene, 120, 1)[0])[:40]
 
 
 def test_the_remembered_robot_opens_and_one_that_is_gone_does_not(tmp_path):
@@ -93,6 +98,8 @@ def test_keys_pressed_while_the_bench_is_built_count_when_it_heeds_them(keys, ar
             for _ in range(30):
                 frame(app, 20)
                 await pilot.pause()
+            assert not app.query_one("#opening").display
+            assert on_screen(app, 80, 24) == picture(app.session.scene(), 80, 24)
 
     app = Dashboard(None, prepare, opening_of(None, None, tmp_path / "none"))
     asyncio.run(run())
@@ -102,7 +109,7 @@ def test_keys_pressed_while_the_bench_is_built_count_when_it_heeds_them(keys, ar
 
 
 @pytest.fixture
-def opened(tmp_path):
+def started(tmp_path):
     terminals = []
 
     def start(*options):
@@ -114,8 +121,8 @@ def opened(tmp_path):
         terminal.close()
 
 
-def test_a_key_that_comes_before_the_bench_waits_for_it(opened):
-    terminal = opened()
+def test_a_key_that_comes_before_the_bench_waits_for_it(started):
+    terminal = started()
     terminal.wait_for(BUILDING.upper())
     assert b"not armed since boot" not in terminal.output
     terminal.type(b"\r")
@@ -124,8 +131,8 @@ def test_a_key_that_comes_before_the_bench_waits_for_it(opened):
     assert terminal.ended() == 0
 
 
-def test_what_is_refused_while_it_is_built_is_told_on_a_screen_given_back(opened):
-    terminal = opened("--profile", "nobody")
+def test_what_is_refused_while_it_is_built_is_told_on_a_screen_given_back(started):
+    terminal = started("--profile", "nobody")
     assert terminal.ended() == 2
     before, given_back, after = terminal.output.rpartition(b"\x1b[?1049l")
     assert BUILDING.upper().encode() in before

@@ -8,6 +8,7 @@ imports the bench: that is what it is for.
 from __future__ import annotations
 
 import re
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,6 +44,14 @@ class Opening(NamedTuple):
             for name, place in places.items()
         }
 
+    def whole(self, width: int, height: int) -> list[Line]:
+        """The same as one panel: the first picture is there the sooner, the less it is made of."""
+        rows: list[list[tuple[int, Line]]] = [[] for _ in range(height)]
+        for place, lines in self.picture(width, height).values():
+            for y, line in enumerate(lines, place.y):
+                rows[y].append((place.x, line))
+        return [_joined(sorted(row, key=itemgetter(0)), width) for row in rows]
+
     def _lines(self, panel: str, place: Place) -> list[Line]:
         width = place.width
         if panel == "title":
@@ -65,6 +74,14 @@ class Opening(NamedTuple):
                 if width_of(line) + 2 + width_of(right) <= width:
                     return both_ends(line, right, width, TITLE)
         return both_ends([(f" {self.name}", TITLE)], right, width, TITLE)
+
+
+def _joined(parts: list[tuple[int, Line]], width: int) -> Line:
+    """What stands in one row, blanks between."""
+    row: Line = []
+    for x, line in parts:
+        row = [*fit(row, x), *line]
+    return fit(row, width)
 
 
 def opening_of(robot: str | None, profile: str | None, settings: Path) -> Opening | None:
