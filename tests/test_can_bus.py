@@ -153,3 +153,15 @@ def test_the_load_is_that_of_arithmetic(bitrate, motors):
         bus.run(until=(tick + 1) * per_tick)
     assert base.lost == escs.lost == 0
     assert bus.busy_bits / (ticks * per_tick) == pytest.approx(bits * 1000 / ticks / bitrate, rel=1e-3)
+
+
+def test_asking_when_the_next_frame_ends_begins_none():
+    """What is offered in the gap after a frame takes part in the next arbitration, whoever has looked ahead."""
+    bus = Arbitration()
+    patient, urgent = bus.join(Queue(9)), bus.join(Queue(9))
+    patient.offer(0, Frame(0x300, b""))
+    (first,) = bus.run(bus.next_end)
+    patient.offer(first.end, Frame(0x400, b""))
+    assert bus.next_end == first.end + 3 + frame_bits(0x400, b"") - 3
+    urgent.offer(first.end + 1, Frame(0x100, b""))
+    assert [one.frame.can_id for one in bus.run(1000)] == [0x100, 0x400]

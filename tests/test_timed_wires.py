@@ -1,13 +1,16 @@
 """Scenarios whose wires take their time: nothing changes where there is room, and what does not fit is late or lost."""
 
 import re
+from argparse import Namespace
 from itertools import pairwise
 
 import pytest
 
 from bench.canbus.bits import frame_bits
 from bench.check.sources import from_recording, from_source
+from bench.cli.on_ports import prepared
 from bench.config import load_robot
+from bench.io.still import again, still
 from bench.rc.line import Settings
 from bench.timed.settings import Wires
 from bench.timed.timing import Timing
@@ -78,10 +81,30 @@ def test_each_frame_has_its_time_in_the_recording(tmp_path):
 def test_a_recording_runs_again_to_the_same_bytes(tmp_path):
     wires = '[wires]\ncan_bitrate = 450000\nslamware_baud = 9600\nalso = ["0x100:500"]\n[[core]]\nat_s = 0.1\n'
     _, outs = run(scenario(tmp_path, wires + "vx_mps = 0.2\n"), tmp_path / "run")
-    again = list(from_recording(tmp_path / "run"))
-    assert [(out.can_commands, out.can_feedback, out.base_to_core) for out in again] == [
+    second = list(from_recording(tmp_path / "run"))
+    assert [(out.can_commands, out.can_feedback, out.base_to_core) for out in second] == [
         (out.can_commands, out.can_feedback, out.base_to_core) for out in outs
     ]
+
+
+def test_a_bus_is_never_more_than_full(tmp_path):
+    """A frame that is on the wire at the end of the run has taken what has passed of it."""
+    job, outs = run(scenario(tmp_path, "[wires]\ncan_bitrate = 10000\n"))
+    assert 0.999 < job.bench.world.timing.load(len(outs)) <= 1.0
+
+
+def test_a_still_of_a_run_holds_no_log(tmp_path):
+    """Nobody takes a log from a copy; with it each instant of the history would be ten times as large."""
+    job, _ = run(scenario(tmp_path, "[wires]\n"))
+    timing = job.bench.world.timing
+    assert timing.take_log() == [], "nobody has asked for one"
+    plain = len(still(timing))
+    log = timing.start_log()
+    for _ in range(50):
+        job.bench.tick()
+    assert len(still(timing)) < plain + 200
+    assert again(still(timing)).take_log() == []
+    assert len(log()) == 200
 
 
 @pytest.mark.parametrize(("bitrate", "lost_share"), [(500_000, 0.01), (375_000, 0.34), (250_000, 0.67)])
@@ -139,6 +162,17 @@ def test_wrong_settings_name_the_key(call, tmp_path, wires, words):
     assert status == 2
     assert "wires" in err
     assert words in err
+
+
+def test_real_wires_take_their_own_time(tmp_path):
+    """With a role the table has no say: a report would be late twice, run.toml would tell of no real bus."""
+    job = from_source(scenario(tmp_path, "[wires]\ncan_bitrate = 450000\n"))
+    said = {"rc": "sim:", "slamware": "sim:", "can": "can:virtual:timed-role", "record": tmp_path / "run"}
+    ready = prepared(Namespace(role="motors", arm=True, overwrite=False, **said), job)
+    ready.takers[0].close()
+    ready.rig.close()
+    assert job.bench.world.timing is None
+    assert "wires" not in (tmp_path / "run" / "run.toml").read_text()
 
 
 def test_a_person_is_told_what_did_not_fit(call, tmp_path):

@@ -311,6 +311,51 @@ def test_a_recording_that_was_started_late_holds_the_run_from_its_first_tick(tmp
     assert session.working.told == [f"recorded  {tmp_path / f'm2006-00{n}'}" for n in (1, 2)]
 
 
+def test_each_recording_of_a_timed_bus_has_the_frames_of_its_own_ticks(tmp_path, settings):
+    """One that begins late, and one after a fork: bus.log is as that of the same run, run again."""
+    (tmp_path / "timed.toml").write_text(TIMED)
+    with (job := from_scenario(tmp_path / "timed.toml")).recorder(tmp_path / "whole") as recorder:
+        recorder.extend(list(job))
+    stage = to_show(from_recording(tmp_path / "whole"), None, Granted())
+    shown = Session(stage.link, job=stage.job, lamp=stage.lamp, summary=stage.summary, settings=settings)
+    pass_ticks(shown, 300)
+    shown.key("r")
+    settle(shown)
+    pass_ticks(shown, 200)
+    for key in ("p", "left", "g", "p"):
+        shown.key(key)
+    settle(shown)
+    pass_ticks(shown, 150)
+    settle(shown)
+    shown.key("r")
+    shown.leave()
+    while not shown.over:
+        pass_ticks(shown, 0)
+    whole = (tmp_path / "whole" / "bus.log").read_text().splitlines()
+    for number in (1, 2):
+        repeats(tmp_path / f"m2006-00{number}")
+        ours = (tmp_path / f"m2006-00{number}" / "bus.log").read_bytes()
+        assert ours == (tmp_path / f"m2006-00{number}-again" / "bus.log").read_bytes()
+    first = (tmp_path / "m2006-001" / "bus.log").read_text().splitlines()
+    assert len(first) > 1500
+    assert first == whole[: len(first)]
+
+
+TIMED = """schema = 1
+name = "timed"
+robot = "m2006"
+seconds = 1.0
+[[stick]]
+at_s = 0.1
+aux1 = true
+[[stick]]
+at_s = 0.3
+forward = 0.5
+[wires]
+can_bitrate = 450000
+"""
+
+
 def test_leaving_waits_for_what_is_behind_and_a_second_time_does_not(tmp_path, settings):
     for impatient in (False, True):
         session = drive(a_session(settings), *["w", "q"] * 5)

@@ -10,6 +10,7 @@
                                                              (5.000000) "name" rc AA 08 -> -    each touch of a fault
     arena.toml                                               the arena, where it is not the plain field
     firmware.log   (0.000000) | boot 7                       what a firmware printed, for people: a replay needs none
+    bus.log        (0.000122) can0 200#0258025802580000      where wires take time: each frame, when it was through
 
 Tick n is time n ms. A recording starts at tick 0 and holds every tick: it is all that a replay needs. Nothing in it
 depends on the machine, the Python version or the date. What has been written survives the death of the process.
@@ -42,6 +43,7 @@ from bench.config.emit import toml_text
 from bench.config.table import read_file
 from bench.errors import BenchError, SurroundingsError
 from bench.messages import STATE_PERIOD_TICKS, TICK_US, CanFrame, TickOutput
+from bench.timed.timing import Timing
 
 SCHEMA = 1
 RUN_TOML, ROBOT_TOML, PROFILE_TOML, GOLDEN_TOML = "run.toml", "robot.toml", "profile.toml", "golden.toml"
@@ -170,6 +172,10 @@ class Recorder:
         block += outs
         if len(block) >= BLOCK_TICKS:
             self.flush()
+
+    def log_bus_of(self, timing: Timing | None) -> None:
+        """The ticks come from another bench from now on, with these wires: what was on its bus goes into the log."""
+        self._on_bus = timing.start_log() if timing is not None else None
 
     def begin_by_hand(self, seed: int = 0) -> None:
         """For a run that a person made: a scenario.toml of its own, once. Raises RecordingError."""

@@ -73,7 +73,7 @@ class Run:
             scenario=self.scenario,
             arena=text,
             heard=getattr(self.bench.base, "log_lines", None),
-            on_bus=self.bench.world.timing.take_log if self.bench.world.timing is not None else None,
+            on_bus=self.bench.world.timing.start_log() if self.bench.world.timing is not None else None,
             overwrite=overwrite,
         )
 

@@ -136,8 +136,10 @@ def prepared(args: argparse.Namespace, job: Run) -> Prepared:
 
     # Late ticks bunch what came evenly; the recording of such a run can be checked afterwards (`wheelbench check`).
     job.checks = None
+    job.bench.world.timing = None  # real wires take their own time
     bench, rig = take_role(job.bench, args.role, rc=args.rc, slamware=args.slamware, can=args.can, armed=args.arm)
-    job.bench, job.info = bench, replace(job.info, role=args.role)
+    job.bench = bench
+    job.info = replace(job.info, role=args.role, wires_can_bitrate=None, wires_slamware_baud=None, wires_also=None)
     injector = job.injector
     try:
         recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None

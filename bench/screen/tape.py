@@ -42,6 +42,8 @@ class Tape:
         self._recorder = recorder
         self._history = history
         self._behind: Subject | None = history.start() if history is not None else None
+        if self._behind is not None:
+            recorder.log_bus_of(self._behind.bench.world.timing)
         self._seed = seed
         self._until: int | None = None
         self._told: list[str] = []

@@ -169,28 +169,38 @@ class Arbitration:
             self._on_wire = None
             sent.append(now)
 
+    def busy_until(self, now: int) -> int:
+        """How many bits of the time before `now` the wire was taken; what has begun goes on after it."""
+        return self.busy_bits - max(0, self._free_at - now)
+
     @property
     def next_end(self) -> int | None:
-        """When the next frame will be through as things stand; None where nobody wants to send."""
-        if self._on_wire is None:
-            firsts = [one.ready for station in self._stations for one in station.waiting()]
-            if not firsts:
-                return None
-            self._on_wire = self._begin(max(self._free_at, min(firsts)) + 1)
-        return self._on_wire.end if self._on_wire is not None else None
+        """When the next frame will be through as things stand; None where nobody wants to send. Nothing begins by it:
+        what is offered before the wire falls free takes part.
+        """
+        if self._on_wire is not None:
+            return self._on_wire.end
+        first = self._next()
+        return first[0] + first[1].frame.bits - GAP if first is not None else None
 
-    def _begin(self, until: int) -> Sent | None:
-        """Arbitrate once, at the first time before `until` at which the wire is free and somebody wants it."""
+    def _next(self) -> tuple[int, Waiting, Station] | None:
+        """When the wire is free and somebody wants it, and who gets it then."""
         wanting = [(one, station) for station in self._stations for one in station.waiting()]
         if not wanting:
             return None
         begin = max(self._free_at, min(one.ready for one, _ in wanting))
-        if begin >= until:
-            return None
         chosen, station = min(
             ((one, station) for one, station in wanting if one.ready <= begin),
             key=lambda each: each[0].frame.urgency,
         )
+        return begin, chosen, station
+
+    def _begin(self, until: int) -> Sent | None:
+        """Arbitrate once, at the first time before `until` at which the wire is free and somebody wants it."""
+        first = self._next()
+        if first is None or first[0] >= until:
+            return None
+        begin, chosen, station = first
         station.take(chosen)
         bits = chosen.frame.bits
         self._free_at = begin + bits

@@ -12,7 +12,8 @@ millisecond after the commands is assumed: real ESCs run by clocks of their own.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from bench.messages import CanFrame
 from bench.rc.line import USUAL, Settings
@@ -21,7 +22,7 @@ from bench.timed.settings import Wires
 from bench.timed.uart import Paced
 
 MOST_LOGGED = 20_000
-"""Frames that are kept until somebody takes them: two seconds of a full bus."""
+"""Frames that are kept for whoever logs until it takes them: two seconds of a full bus."""
 
 
 class Timing:
@@ -41,7 +42,7 @@ class Timing:
         line = Settings(wires.slamware_baud)
         self._requests, self._answers = Paced(line), Paced(line)
         self._rc = Paced(USUAL[rc_protocol]) if rc_protocol is not None else None
-        self._log: deque[Sent] = deque(maxlen=MOST_LOGGED)
+        self._log: deque[Sent] | None = None
         self._early_reports: list[CanFrame] = []
         self._late_commands: list[CanFrame] = []
 
@@ -62,7 +63,7 @@ class Timing:
 
     def load(self, ticks: int) -> float:
         """Share of the bus that has been used in so many ticks since the start, gaps included."""
-        return self._bus.busy_bits / (self._bits_per_tick * ticks) if ticks else 0.0
+        return self._bus.busy_until(self._bits_per_tick * ticks) / (self._bits_per_tick * ticks) if ticks else 0.0
 
     def facts(self, ticks: int) -> dict[str, float]:
         """The same for --json, after so many ticks."""
@@ -111,17 +112,28 @@ class Timing:
         self._late_commands, reports = self._through(start + self._bits_per_tick)
         return (*self._early_reports, *reports)
 
+    def start_log(self) -> Callable[[], list[tuple[int, CanFrame]]]:
+        """From now on keep what was on the bus, for one who takes it: what this gives is `take_log`."""
+        self._log = deque(maxlen=MOST_LOGGED)
+        return self.take_log
+
     def take_log(self) -> list[tuple[int, CanFrame]]:
         """(time in us at which it was through, frame) of all that has been on the bus since the last call."""
         rate = self.wires.can_bitrate
-        log = [(sent.end * 1_000_000 // rate, (sent.frame.can_id, sent.frame.data)) for sent in self._log]
-        self._log.clear()
+        log = [(sent.end * 1_000_000 // rate, (sent.frame.can_id, sent.frame.data)) for sent in self._log or ()]
+        if self._log is not None:
+            self._log.clear()
         return log
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy (a still of the history) goes on as this one would; nobody takes its log."""
+        return {**self.__dict__, "_log": None}
 
     def _through(self, until: int) -> tuple[list[CanFrame], list[CanFrame]]:
         """Run the bus; frames of the base, and of the motors, that are through."""
         sent = self._bus.run(until)
-        self._log += sent
+        if self._log is not None:
+            self._log += sent
         return self._of(self._base, sent), self._of(self._motors, sent)
 
     @staticmethod
