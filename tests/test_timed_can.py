@@ -1,5 +1,7 @@
 """The bus with time as python-can's programs see it: an interface like any other, in real time."""
 
+import gc
+import os
 import threading
 import time
 from itertools import pairwise
@@ -159,3 +161,102 @@ def test_the_bench_and_a_driver_meet_on_it(request):
         assert set(reports) == {0x201, 0x202, 0x203}
         assert driver.load > 0.0
     escs.close()
+
+
+def test_shutdown_ends_a_thread_that_waits_and_says_so_to_others(node):
+    bus = node()
+    ended = []
+
+    def wait(what):
+        with pytest.raises(can.CanOperationError, match="is shut down"):
+            what()
+        ended.append(what)
+
+    threads = [threading.Thread(target=wait, args=(what,), daemon=True) for what in (bus.recv, lambda: bus.recv(60))]
+    for thread in threads:
+        thread.start()
+    time.sleep(0.05)
+    bus.shutdown()
+    for thread in threads:
+        thread.join(20)
+    assert len(ended) == 2
+    for late in (lambda: bus.recv(0), lambda: bus.send(message(0x1))):
+        wait(late)
+    bus.shutdown()
+
+
+def test_two_threads_of_one_bus_send_and_receive_and_nothing_is_lost_or_doubled(node):
+    one, two = node(bitrate=1_000_000), node(bitrate=1_000_000)
+    got = []
+
+    def send(first):
+        for k in range(100):
+            one.send(message(first, k.to_bytes(8, "big")), timeout=20)
+
+    def receive():
+        while (heard := two.recv(2)) is not None:
+            got.append((heard.arbitration_id, int.from_bytes(heard.data, "big")))
+
+    threads = [threading.Thread(target=send, args=(can_id,), daemon=True) for can_id in (0x100, 0x200)]
+    threads += [threading.Thread(target=receive, daemon=True) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(40)
+    assert sorted(got) == [(can_id, k) for can_id in (0x100, 0x200) for k in range(100)]
+
+
+def test_who_does_not_receive_loses_the_newest_and_can_tell(node):
+    deaf, one = node(bitrate=1_000_000, rx_frames=3), node(bitrate=1_000_000)
+    for k in range(5):
+        one.send(message(0x100 + k), timeout=10)
+    while one._wire.bus.next_end is not None:
+        assert one.recv(0.002) is None
+    assert [deaf.recv(0).arbitration_id for _ in range(3)] == [0x100, 0x101, 0x102]
+    assert deaf.recv(0) is None
+    assert deaf.overruns == 2
+    with pytest.raises(can.CanInitializationError, match="rx_frames 0"):
+        node(rx_frames=0)
+
+
+def test_a_bus_that_nobody_holds_any_more_leaves_the_wire(request):
+    name = request.node.name
+    forgotten = can.Bus(name, interface="wheelbench", bitrate=125_000)
+    forgotten.send(message(0x1))
+    del forgotten
+    gc.collect()
+    with can.Bus(name, interface="wheelbench", bitrate=250_000) as other:  # another bitrate: the old wire is gone
+        assert len(other._wire.nodes) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_forked_process_has_a_wire_of_its_own(node):
+    """Its parent waits in `recv` and holds locks as it likes; the child sends, receives and ends."""
+    one, two = node(), node()
+    thread = threading.Thread(target=lambda: two.recv(5), daemon=True)
+    held = threading.Event(), threading.Event()
+
+    def hold():
+        with one._wire.changed:
+            held[0].set()
+            held[1].wait(20)
+
+    holder = threading.Thread(target=hold, daemon=True)
+    thread.start()
+    holder.start()
+    held[0].wait(20)
+    child = os.fork()
+    if child == 0:
+        one.send(message(0x123))
+        os._exit(0 if two.recv(20).arbitration_id == 0x123 else 1)
+    held[1].set()
+    deadline = time.monotonic() + 30
+    while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    if ended == (0, 0):
+        os.kill(child, 9)
+        os.waitpid(child, 0)
+    assert ended == (child, 0), "the child is stuck, or heard nothing"
+    one.send(message(0x1))
+    thread.join(20)

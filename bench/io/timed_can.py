@@ -5,12 +5,16 @@ stuff bits, arbitration between the nodes' first frames. A message is received w
 time as its timestamp, in seconds since the channel was opened first. Real time passes: who receives waits.
 
 A node sends in the order in which it was told, as an operating system's queue does; `tx_frames` have room, and one more
-raises CanOperationError, once `timeout` is over. python-can's own `virtual` bus has no time at all.
+raises CanOperationError, once `timeout` is over. It keeps `rx_frames` that nobody has received; what comes then is lost
+and counted in `overruns`. python-can's own `virtual` bus has no time and no end at all. A forked process has a wire of
+its own from then on.
 """
 
 from __future__ import annotations
 
+import os
 import threading
+import weakref
 from collections import deque
 from typing import Any
 
@@ -21,17 +25,22 @@ from bench.timed.can_bus import Arbitration, Frame, Queue, Sent
 
 TX_FRAMES = 10
 """Room in a node's queue: what Linux gives a CAN interface (its txqueuelen)."""
+RX_FRAMES = 1000
+"""Room for what is not received yet: an eighth of a second of a full bus of 1 Mbit/s."""
 _NS = 1_000_000_000
+_LOCK = threading.RLock()
+"""One for all wires, and re-entrant: a bus may be collected, and so shut down, in the middle of anything here."""
 
 
 class _Wire:
-    """One channel: the arbitration and everybody on it, by one clock. Its lock guards all of that."""
+    """One channel: the arbitration and everybody on it, by one clock. The lock guards all of that."""
 
     def __init__(self, name: str, bitrate: int) -> None:
         self.name, self.bitrate = name, bitrate
-        self.changed = threading.Condition()
+        self.changed = threading.Condition(_LOCK)
         self.bus = Arbitration()
-        self.nodes: dict[Queue, TimedBus] = {}
+        self.nodes: dict[Queue, weakref.ref[TimedBus]] = {}
+        """Weakly, so that a bus which nobody holds any more leaves, though nobody has shut it down."""
         self._began_ns = now_ns()
 
     def now_bits(self) -> int:
@@ -48,14 +57,26 @@ class _Wire:
             self._deliver(sent)
 
     def _deliver(self, sent: Sent) -> None:
-        for station, node in self.nodes.items():
-            if station is not sent.station or node.hears_itself:
+        for station, held in tuple(self.nodes.items()):
+            node = held()
+            if node is not None and (station is not sent.station or node.hears_itself):
                 node.take(sent, sent.end / self.bitrate, station is not sent.station)
         self.changed.notify_all()
 
 
 _WIRES: dict[str, _Wire] = {}
-_WIRES_LOCK = threading.Lock()
+
+
+def _begin_anew() -> None:
+    """In a forked process: of its parent's threads, whichever held a lock is not there to let go of it."""
+    global _LOCK
+    _LOCK = threading.RLock()
+    for wire in _WIRES.values():
+        wire.changed = threading.Condition(_LOCK)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_begin_anew)
 
 
 class TimedBus(can.BusABC):
@@ -66,29 +87,33 @@ class TimedBus(can.BusABC):
         channel: Any = "wheelbench",
         bitrate: int = 1_000_000,
         tx_frames: int = TX_FRAMES,
+        rx_frames: int = RX_FRAMES,
         receive_own_messages: bool = False,
         **kwargs: Any,
     ) -> None:
         if not 1000 <= bitrate <= 1_000_000:
             raise can.CanInitializationError(f"bitrate {bitrate}: classic CAN has 1000 to 1000000")
-        if tx_frames < 1:
-            raise can.CanInitializationError(f"tx_frames {tx_frames}: a node needs room for one frame")
+        for key, frames in (("tx_frames", tx_frames), ("rx_frames", rx_frames)):
+            if frames < 1:
+                raise can.CanInitializationError(f"{key} {frames}: a node needs room for one frame")
         name = str(channel)
         self.hears_itself = receive_own_messages
         self.channel_info = f"wheelbench: {name} at {bitrate} bit/s"
         self._can_protocol = can.CanProtocol.CAN_20
         self._queue = Queue(tx_frames)
+        self._rx_frames = rx_frames
         self._received: deque[can.Message] = deque()
-        with _WIRES_LOCK:
-            wire = _WIRES.setdefault(name, _Wire(name, bitrate))
+        self.overruns = 0
+        """Messages that came when there was no room for them."""
+        with _LOCK:
+            wire = self._wire = _WIRES.get(name) or _Wire(name, bitrate)
             if wire.bitrate != bitrate:
                 raise can.CanInitializationError(f"{name} runs at {wire.bitrate} bit/s, not {bitrate}")
-            with wire.changed:
-                wire.catch_up()
-                wire.bus.join(self._queue)
-                wire.nodes[self._queue] = self
-        self._wire = wire
-        super().__init__(channel=channel, **kwargs)
+            super().__init__(channel=channel, **kwargs)  # raises for filters that are none: before it joins
+            _WIRES[name] = wire
+            wire.catch_up()
+            wire.bus.join(self._queue)
+            wire.nodes[self._queue] = weakref.ref(self)
 
     @property
     def load(self) -> float:
@@ -108,7 +133,7 @@ class TimedBus(can.BusABC):
         deadline_ns = now_ns() + int((timeout or 0.0) * _NS)
         with wire.changed:
             while True:
-                wire.catch_up()
+                self._catch_up()
                 if self._queue.has_room:
                     break
                 left_s = (deadline_ns - now_ns()) / _NS
@@ -120,6 +145,9 @@ class TimedBus(can.BusABC):
 
     def take(self, sent: Sent, at_s: float, is_rx: bool) -> None:
         """The wire's word to a node: this frame is through."""
+        if len(self._received) >= self._rx_frames:
+            self.overruns += 1
+            return
         frame = sent.frame
         self._received.append(
             can.Message(
@@ -139,13 +167,19 @@ class TimedBus(can.BusABC):
         deadline_ns = None if timeout is None else now_ns() + int(timeout * _NS)
         with wire.changed:
             while True:
-                wire.catch_up()
+                self._catch_up()
                 if self._received:
                     return self._received.popleft(), False
                 left_s = None if deadline_ns is None else (deadline_ns - now_ns()) / _NS
                 if left_s is not None and left_s <= 0.0:
                     return None, False
                 self._wait(left_s)
+
+    def _catch_up(self) -> None:
+        """Hear what has come through. Raises CanOperationError where this bus is shut down, perhaps meanwhile."""
+        if self._queue not in self._wire.nodes:
+            raise can.CanOperationError(f"{self.channel_info}: this bus is shut down")
+        self._wire.catch_up()
 
     def _wait(self, left_s: float | None) -> None:
         """Until a frame is through, somebody sends, or this time is over. Holds the wire's lock."""
@@ -158,9 +192,9 @@ class TimedBus(can.BusABC):
     def shutdown(self) -> None:
         """Leave the wire, with what has not been sent; the last one takes it down."""
         super().shutdown()
-        with _WIRES_LOCK, self._wire.changed:
+        with self._wire.changed:
             if self._wire.nodes.pop(self._queue, None) is not None:
                 self._wire.bus.leave(self._queue)
-            if not self._wire.nodes:
-                _WIRES.pop(self._wire.name, None)
+            if not self._wire.nodes and _WIRES.get(self._wire.name) is self._wire:
+                del _WIRES[self._wire.name]
             self._wire.changed.notify_all()
