@@ -56,11 +56,13 @@ def existing(text: str) -> Path:
 
 def end_with(main: Callable[[], int]) -> NoReturn:
     """Run a script and end with its status; what the bench refuses is a sentence with its exit status."""
-    from bench.errors import BenchError  # here: a script may first have to say where the bench is
-
     try:
         status = main()
-    except BenchError as error:
+    except Exception as error:
+        from bench.errors import BenchError  # only now: mutate.py runs while nothing of the bench is loaded
+
+        if not isinstance(error, BenchError):
+            raise
         print(f"{Path(sys.argv[0]).name}: error: {error}", file=sys.stderr)
         status = error.exit_status
     sys.exit(status)

@@ -33,6 +33,7 @@ SAYS = {SURVIVED: "survives without a reason", UNREACHED: "no test runs it", UNT
 
 RC = ("test_rc_vectors", "test_rc_corners", "test_rc_mutants", "test_rc_streams", "test_rc_dbus", "test_rc_decode")
 MOTORS = ("test_m2006", "test_can_ends", "test_dm3519", "test_bus_watch")
+FEEDBACK = ("test_m2006", "test_can_ends", "test_unwrap")
 TABLES = ("test_m2006", "test_can_docs", "test_can_tables")
 SLAMWARE = ("test_slamware_base", "test_slamware_core", "test_slamware_reference", "test_slamware_sub_commands")
 
@@ -52,12 +53,15 @@ TARGETS = {
     "dbus": Target("bench/rc/dbus.py", RC),
     "framing": Target("bench/rc/framing.py", RC),
     "link": Target("bench/link.py", ("test_link", "test_link_mutants", "test_drive")),
-    "m2006": Target("bench/m2006.py", MOTORS),
+    "m2006": Target("bench/m2006.py", (*MOTORS, "test_unwrap")),
+    "unwrap": Target("bench/unwrap.py", FEEDBACK),
+    "wiring": Target("bench/wiring.py", MOTORS),
     "dm3519": Target("bench/dm3519.py", MOTORS),
     "c610": Target("bench/canbus/c610.py", (*TABLES, "test_bus_watch")),
     "dm3519-can": Target("bench/canbus/dm3519.py", (*TABLES, "test_dm3519", "test_bus_watch")),
     "table": Target("bench/canbus/table.py", TABLES),
     "bits": Target("bench/canbus/bits.py", ("test_can_bits", "test_bus_budget")),
+    "can_bus": Target("bench/timed/can_bus.py", ("test_can_bus",)),
     "slamware": Target("bench/slamware/framing.py", ("test_slamware_framing", *SLAMWARE)),
     "payloads": Target("bench/slamware/payloads.py", ("test_slamware_payloads", *SLAMWARE)),
 }

@@ -2,6 +2,7 @@
 
 import ast
 import runpy
+import subprocess
 import sys
 from pathlib import Path
 
@@ -96,3 +97,9 @@ def test_a_wrong_argument_is_refused_in_a_sentence(arguments, words, ended, monk
     assert sentence.startswith((f"{name}: error: ", f"{name} wheelbench: error: "))
     assert words in sentence
     assert all(line.startswith(("usage: ", " ")) for line in usage)
+
+
+def test_a_command_starts_with_nothing_of_the_bench_loaded():
+    """mutate.py puts changed modules in its place; a bench that is there already would hide them."""
+    script = "import sys, arguments; arguments.end_with(lambda: sum(name.startswith('bench') for name in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", script], cwd=SCRIPTS, check=False).returncode == 0
