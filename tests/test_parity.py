@@ -11,7 +11,7 @@ from bench.base import Base
 from bench.check.parity import parity
 from bench.check.sources import from_recording, from_scenario
 from bench.check.worlds import worlds_of
-from bench.errors import UsageError
+from bench.errors import BenchError, UsageError
 from bench.m2006 import decode_command, encode_command
 from bench.motors import family
 
@@ -151,6 +151,63 @@ def test_a_delay_that_changes_is_said_to(driven):
 def test_late_answers_are_told_apart_from_commands(driven):
     found = beside(driven, late_answers=4)
     assert [(one.wire, one.kind, one.amount) for one in found.findings] == [("answers", "late", 4)]
+
+
+class Losing(Changed):
+    """Ours, without its 20th answer, and perhaps with all answers in pieces of five bytes a millisecond."""
+
+    def __init__(self, robot, pieces):
+        super().__init__(robot)
+        self.count, self.size, self.rest = 0, 5 if pieces else 1000, b""
+
+    def step(self, *wires):
+        commands, answer = super().step(*wires)
+        self.count += bool(answer)
+        if self.count != 20:
+            self.rest += answer
+        answer, self.rest = self.rest[: self.size], self.rest[self.size :]
+        return commands, answer
+
+
+@pytest.mark.parametrize("pieces", [False, True])
+def test_an_answer_that_never_comes_shifts_no_other(driven, pieces):
+    found = beside(driven, Losing, pieces=pieces)
+    late = [one for one in found.findings if one.kind != "missing"]
+    assert [one.text for one in found.findings if one.kind == "missing"] == ["answers: 1 never comes"]
+    assert all(one.is_time for one in found.findings), "no answer is held against its neighbour's"
+    assert bool(late) == pieces, "a long answer is whole some milliseconds later"
+    assert all(0 < one.amount < 10 for one in late)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("m2006", "dm3519"), "was made with another robot \\(m2006\\)"),
+        (('"drive"', '"walk"'), "is a recording of the scenario 'drive', not of 'walk'"),
+        (("2.0", "2.5"), "holds 2 s and the scenario lasts 2.5 s"),
+        ((DRIVE, ""), "is missing"),
+    ],
+)
+def test_a_recording_of_another_run_is_no_world(driven, tmp_path, change, words):
+    """It would be held against itself, and be found the same."""
+    (tmp_path / "other.toml").write_text(DRIVE.replace(*change))
+    with pytest.raises(BenchError, match=words):
+        list(worlds_of(tmp_path / "other.toml", ["sim", str(driven[0])]))
+
+
+def test_what_was_found_is_told_before_the_next_world_fails(call, tmp_path):
+    (tmp_path / "drive.toml").write_text(DRIVE.replace("2.0", "1.6"))
+    (tmp_path / "mine.py").write_text(
+        "class Mine:\n    def __init__(self, robot): pass\n    def step(self, *wires): raise RuntimeError('boom')\n"
+    )
+    kept = tmp_path / "kept"
+    worlds = f"sim,sim,{tmp_path / 'mine.py'}:Mine"
+    for more in ((), ("--overwrite",)):
+        status, out, err = call("parity", tmp_path / "drive.toml", "--worlds", worlds, "--record", kept, *more)
+        assert status == 1
+        assert out == "sim: the same as sim, byte for byte, for 1.6 s\n"
+        assert "failed at tick 0" in err
+        assert "boom" in err
 
 
 def test_by_the_command(call, tmp_path):

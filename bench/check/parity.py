@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from bench.canbus.table import Family
 from bench.check.fields import Fields, Value, fields_of, shown, shown_value
+from bench.check.pairing import Pairs, answers_of, paired
 from bench.messages import TickOutput
 
 MOST_LATE_TICKS = 200
@@ -35,6 +36,7 @@ FIT_COUNTS = 1.0
 
 Floats: TypeAlias = NDArray[np.float64]
 COMMANDS, ANSWERS = "commands", "answers"
+NEVER, UNASKED = "never come{}", "come{} that the reference has not"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,17 +100,13 @@ def parity(reference: Sequence[TickOutput], peer: Sequence[TickOutput], family: 
         wire = f"can {can_id:#05x}"
         texts = [_frames(outs, can_id) for outs in (reference, peer)]
         findings += _compare_stream(f"{COMMANDS} {can_id:#05x}", *_streams(wire, texts, len(reference), family))
-    findings += _compare_answers(_answers(reference), _answers(peer), family)
+    findings += _compare_answers(paired(answers_of(reference), answers_of(peer), MOST_LATE_TICKS), family)
     return Parity(_first(reference, peer, family), tuple(findings))
 
 
 def _frames(outs: Sequence[TickOutput], can_id: int) -> dict[int, bytes]:
     """The newest frame of an identifier in each tick that has one."""
     return {out.tick: data for out in outs for one, data in out.can_commands if one == can_id}
-
-
-def _answers(outs: Sequence[TickOutput]) -> list[tuple[int, bytes]]:
-    return [(out.tick, out.base_to_core) for out in outs if out.base_to_core]
 
 
 def _streams(wire: str, sides: Sequence[Mapping[int, bytes]], ticks: int, family: Family) -> list[_Stream]:
@@ -196,11 +194,19 @@ def _timing(wire: str, shift: int, least: int, most: int) -> Finding:
 def _counts(wire: str, reference: NDArray[np.bool_], peer: NDArray[np.bool_]) -> list[Finding]:
     found = []
     missing, extra = int((reference & ~peer).sum()), int((peer & ~reference).sum())
-    if missing:
-        found.append(Finding(True, "missing", wire, (), missing, f"{wire}: {missing} frames never come"))
-    if extra:
-        found.append(Finding(True, "extra", wire, (), extra, f"{wire}: {extra} frames come that the reference has not"))
+    for kind, count, what in (("missing", missing, NEVER), ("extra", extra, UNASKED)):
+        if count:
+            text = f"{wire}: {_frames_that(count)} {what.format(_s(count))}"
+            found.append(Finding(True, kind, wire, (), count, text))
     return found
+
+
+def _frames_that(count: int) -> str:
+    return "1 frame" if count == 1 else f"{count} frames"
+
+
+def _s(count: int) -> str:
+    return "s" if count == 1 else ""
 
 
 def _values(
@@ -240,11 +246,12 @@ def _value(wire: str, kind: str, amount: float, found: Sequence[tuple[str, int, 
     _, unit = shown("", names[0])
     what = _listed([shown("", name)[0] for name in names])
     most, first = max(count for _, count, _ in found), min(tick for _, _, tick in found)
+    differ, are = ("differs", "is") if len(names) == 1 else ("differ", "are")
     size = {
-        "rounding": f"differ by {amount:g}{unit} at most: another rounding",
-        "offset": f"are off by {amount:+g}{unit}",
-        "scale": f"are scaled by {amount:g}",
-        "other": f"differ by up to {amount:g}{unit}",
+        "rounding": f"{differ} by {amount:g}{unit} at most: another rounding",
+        "offset": f"{are} off by {amount:+g}{unit}",
+        "scale": f"{are} scaled by {amount:g}",
+        "other": f"{differ} by up to {amount:g}{unit}",
     }[kind]
     text = f"{wire}: {what} {size}; in {most} of {frames} frames, first at {first / 1000:.3f} s"
     return Finding(False, kind, wire, names, amount, text)
@@ -254,27 +261,25 @@ def _listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def _compare_answers(
-    reference: Sequence[tuple[int, bytes]], peer: Sequence[tuple[int, bytes]], family: Family
-) -> list[Finding]:
+def _compare_answers(both: Pairs, family: Family) -> list[Finding]:
     """Answers one by one: they follow requests, which both have got at the same times."""
     found: list[Finding] = []
-    lost = len(reference) - len(peer)
-    if lost:
-        kind, what = ("missing", "never come") if lost > 0 else ("extra", "come that the reference has not")
-        found.append(Finding(True, kind, ANSWERS, (), abs(lost), f"{ANSWERS}: {abs(lost)} {what}"))
-    pairs = list(zip(reference, peer, strict=False))
+    pairs = both.pairs
+    for kind, count, what in (("missing", both.missing, NEVER), ("extra", both.extra, UNASKED)):
+        if count:
+            found.append(Finding(True, kind, ANSWERS, (), count, f"{ANSWERS}: {count} {what.format(_s(count))}"))
     if not pairs:
         return found
-    late = sorted(there - here for (here, _), (there, _) in pairs)
+    late = sorted(there.tick - here.tick for here, there in pairs)
     middle = late[len(late) // 2]
     if late[0] or late[-1]:
         found.append(_timing(ANSWERS, middle, late[0], late[-1]))
-    differing = [(tick, before, after) for (tick, before), (_, after) in pairs if before != after]
+    differing = [(here.tick, here.data, there.data) for here, there in pairs if here.data != there.data]
     if differing:
         tick = differing[0][0]
         names = tuple(sorted({name for _, before, after in differing for name in _apart(before, after, family)}))
-        what = f"{_listed([shown('', name)[0] for name in names])} differ" if names else "their bytes differ"
+        listed = _listed([shown("", name)[0] for name in names]) if names else ""
+        what = f"{listed} differ{_s(len(names))}" if names else "their bytes differ"
         text = f"{ANSWERS}: {what}; in {len(differing)} of {len(pairs)}, first at {tick / 1000:.3f} s"
         found.append(Finding(False, "other", ANSWERS, names, len(differing), text))
     return found

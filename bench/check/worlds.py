@@ -10,7 +10,7 @@ from typing import NamedTuple
 from bench.check.conduct import conduct
 from bench.check.parity import Parity, parity
 from bench.check.reading import Recording
-from bench.check.recording import RUN_TOML
+from bench.check.recording import RUN_TOML, read_bytes
 from bench.check.run import Run
 from bench.check.sources import from_recording, from_scenario
 from bench.config import SPEED_LOOP
@@ -31,27 +31,34 @@ class Beside(NamedTuple):
 
 
 def worlds_of(
-    scenario: Path, worlds: Sequence[str], *, robot: str | None = None, record: Path | None = None
+    scenario: Path,
+    worlds: Sequence[str],
+    *,
+    robot: str | None = None,
+    record: Path | None = None,
+    overwrite: bool = False,
 ) -> Iterator[Beside]:
     """Run the scenario in the first world, then hold each of the others against it.
 
     A world is `SIM`, a controller as `controllers` names them, or the directory of a recording. Of a recording the
-    reference hears what was recorded: its own feedback would be another world's. Raises UsageError, ConfigError,
-    RecordingError, and ControllerFailed where somebody's own base fails.
+    reference hears what was recorded: its own feedback would be another world's. Raises UsageError (for a recording of
+    another run, too), ConfigError, RecordingError, and ControllerFailed where somebody's own base fails.
     """
     reference, *others = worlds
     if is_recording(reference):
         raise UsageError(
             f"--worlds: the first one drives, and {reference} is a recording; put sim or a controller there"
         )
+    job = from_scenario(scenario, robot=robot, controller=_controller(reference))
+    for world in filter(is_recording, others):
+        _refuse_another_run(scenario, job, Recording.open(world))
     if all(map(is_recording, others)) and record is None:
         for world in others:
             yield _beside_recording(reference, Path(world))
         return
     with tempfile.TemporaryDirectory(prefix="wheelbench-") as scratch:
         directory = record or Path(scratch) / "reference"
-        job = from_scenario(scenario, robot=robot, controller=_controller(reference))
-        conduct(job, job.recorder(directory))
+        conduct(job, job.recorder(directory, overwrite=overwrite))
         ours = _heard_again(directory, reference)
         for world in others:
             if is_recording(world):
@@ -64,6 +71,23 @@ def worlds_of(
 def is_recording(world: str) -> bool:
     """Whether a world's name is the directory of a recording."""
     return (Path(world) / RUN_TOML).is_file()
+
+
+def _refuse_another_run(scenario: Path, job: Run, recording: Recording) -> None:
+    """What another robot said, or the same one elsewhere, is no answer to this scenario. Raises UsageError."""
+    robot, where = job.bench.robot, recording.directory
+    advice = f"record {scenario} itself: wheelbench replay {scenario} --record DIR, with --role base perhaps"
+    if recording.info.scenario != job.title:
+        other = f"of the scenario {recording.info.scenario!r}" if recording.info.scenario else "of no scenario"
+        raise UsageError(f"{where}: is a recording {other}, not of {job.title!r}; {advice}")
+    files = (recording.robot_file, robot.file), (recording.profile_file, robot.rc.file if robot.rc else None)
+    for key, (theirs, ours) in zip(("robot", "profile"), files, strict=True):
+        if (theirs and read_bytes(theirs)) != (ours and read_bytes(ours)):
+            name = getattr(recording.info, key)
+            raise UsageError(f"{where}: was made with another {key} ({name}) than {ours}; give --robot, or {advice}")
+    if recording.ticks != job.ticks:
+        lasts = f"holds {recording.ticks / 1000:g} s and the scenario lasts {job.ticks / 1000:g} s"
+        raise UsageError(f"{where}: {lasts}; {advice}")
 
 
 def _beside_recording(reference: str, directory: Path) -> Beside:

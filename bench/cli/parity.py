@@ -20,9 +20,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.description = ABOUT
     parser.add_argument("scenario", metavar="SCENARIO", type=Path, help="a scenario (.toml)")
-    parser.add_argument("--worlds", metavar="W,W,...", required=True, help="two or more; the first is the reference")
+    parser.add_argument(
+        "--worlds",
+        metavar="W,W,...",
+        required=True,
+        help="two or more, with commas between (a path has none); the first is the reference",
+    )
     parser.add_argument("--robot", metavar="R", help="another than the scenario's: a name or a .toml file")
     parser.add_argument("--record", metavar="DIR", type=Path, help="keep the reference's recording there")
+    parser.add_argument("--overwrite", action="store_true", help="replace the recording that DIR holds")
     parser.add_argument("--json", action="store_true", help="one JSON object")
 
 
@@ -34,12 +40,13 @@ def run(args: argparse.Namespace) -> int:
     names = [name for name in args.worlds.split(",") if name]
     if len(names) < 2:
         raise UsageError(f"--worlds {args.worlds}: expected two or more with commas between, like sim,my_base.py:Base")
-    found = list(worlds_of(args.scenario, names, robot=args.robot, record=args.record))
+    found = []
+    for beside in worlds_of(args.scenario, names, robot=args.robot, record=args.record, overwrite=args.overwrite):
+        found.append(beside)
+        if not args.json:  # at once: the next world may fail, or take its time
+            print("\n".join(_lines(names[0], beside)), flush=True)
     if args.json:
         print(json.dumps({"reference": names[0], "worlds": [_facts(one) for one in found]}))
-    else:
-        for beside in found:
-            print("\n".join(_lines(names[0], beside)))
     return EXIT_OK if all(one.parity.is_same for one in found) else EXIT_FAILED
 
 
