@@ -15,6 +15,7 @@ from __future__ import annotations
 import fcntl
 import json
 import math
+import signal
 import sys
 import termios
 import time
@@ -231,7 +232,9 @@ def stock(page: str, frames: int, result: Path, size: tuple[int, int]) -> None:
 
 def main() -> None:
     """Run what the arguments say."""
-    # The terminal becomes the one that hangs up on this process: an app must not outlive a benchmark that was killed.
+    # The terminal becomes the one that hangs up on this process: an app must not outlive a benchmark that was killed,
+    # not even where all began under nohup.
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
     kind, page, columns, rows, frames, result, spawned_s = sys.argv[1:]
     if kind == "empty":
