@@ -175,6 +175,26 @@ def test_real_wires_take_their_own_time(tmp_path):
     assert "wires" not in (tmp_path / "run" / "run.toml").read_text()
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("wires_can_bitrate = 7", "expected 10000 to 1000000"),
+        ("wires_slamware_baud = -5", "expected 1200 to"),
+        ('wires_also = "zz"', 'like "0x205:1000"'),
+    ],
+)
+def test_a_damaged_recording_is_a_sentence(call, tmp_path, line, words):
+    """run.toml is read as strictly as the scenario was; a bitrate of 7 was a division by zero."""
+    run(scenario(tmp_path, '[wires]\nalso = ["0x100:10"]\n'), tmp_path / "run")
+    said, key = tmp_path / "run" / "run.toml", line.split()[0]
+    said.write_text(re.sub(f"(?m)^{key} = .*$", line, said.read_text()))
+    status, _, err = call("replay", tmp_path / "run")
+    assert status == 2
+    assert "run.toml: wires." in err
+    assert words in err
+    assert len(err.splitlines()) == 1
+
+
 def test_a_person_is_told_what_did_not_fit(call, tmp_path):
     path = scenario(tmp_path, '[wires]\ncan_bitrate = 375000\n[checks]\nmotion = "off"\n')
     _, out, _ = call("replay", path)

@@ -33,11 +33,11 @@ from bench.check.lines import (
     cell_value,
 )
 from bench.check.recording import LOGS, RUN_TOML, RecordingError, RunInfo
-from bench.config import ConfigError, load_robot
+from bench.config import ConfigError, Table, load_robot
 from bench.messages import TICK_US, CanFrame, TickOutput
 from bench.motors import family
 from bench.noise import Noise
-from bench.timed.settings import SLAMWARE_BAUD, UNTIMED, Wires, node_of
+from bench.timed.settings import UNTIMED, Wires, read_wires
 
 if TYPE_CHECKING:
     from bench.check.arrays import CanArrays
@@ -109,12 +109,14 @@ class Recording:
 
     @property
     def wires(self) -> Wires:
-        """How long things took on the wires."""
+        """How long things took on the wires. Raises ConfigError where run.toml says what no scenario may."""
         info = self.info
         if info.wires_can_bitrate is None:
             return UNTIMED
-        also = tuple(map(node_of, (info.wires_also or "").split()))
-        return Wires(info.wires_can_bitrate, info.wires_slamware_baud or SLAMWARE_BAUD, also)
+        said: dict[str, object] = {"can_bitrate": info.wires_can_bitrate, "also": (info.wires_also or "").split()}
+        if info.wires_slamware_baud is not None:
+            said["slamware_baud"] = info.wires_slamware_baud
+        return read_wires(Table(self.directory / RUN_TOML, "wires", said))
 
     @cached_property
     def family(self) -> Family:
