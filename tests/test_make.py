@@ -2,8 +2,10 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -55,3 +57,50 @@ def test_where_no_kernel_with_can_can_be_had_socketcan_says_why(tmp_path):
     assert (done.returncode, done.stdout) == (125, "")
     assert done.stderr.startswith("socketcan: ")
     assert len(done.stderr.splitlines()) == 1
+
+
+KERNEL = f"""#!{sys.executable}
+import os, signal, sys, time
+os.setsid()  # as user-mode Linux does
+desk = next(word[5:] for word in sys.argv if word.startswith("DESK="))
+child = os.fork()  # as its processes do, holds the output open
+if child:
+    open(desk + "/begun", "w").close()
+    print(os.getpid(), child, flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("ended_by", ["time", "Ctrl-C"])
+def test_a_kernel_that_goes_on_is_ended_with_all_of_its_processes(tmp_path, ended_by):
+    """A command that is cut off has failed: 125 ("there is no kernel here") would make a skipped test of it."""
+    root = tmp_path / "root"
+    (root / "usr/lib/uml/modules/6/kernel").mkdir(parents=True)
+    (root / "usr/bin").mkdir()
+    (root / "wide_state.so").touch()
+    (root / "usr/bin/linux.uml").write_text(KERNEL)
+    (root / "usr/bin/linux.uml").chmod(0o755)
+    environment = {**os.environ, "SOCKETCAN_CACHE": str(tmp_path), "SOCKETCAN_LIMIT_S": "5"}
+    with subprocess.Popen(
+        [shutil.which("bash"), ROOT / "scripts/socketcan/run.sh", "true"],
+        env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    ) as script:  # fmt: skip
+        pids = [int(pid) for pid in script.stdout.readline().split()]
+        if ended_by == "Ctrl-C":
+            os.killpg(script.pid, signal.SIGINT)
+        assert script.wait(30) == (130 if ended_by == "Ctrl-C" else 124)
+        assert ended_by == "Ctrl-C" or "cut off after 5 s" in script.stderr.read()
+    assert len(pids) == 2
+    deadline = time.monotonic() + 10
+    while any(is_running(pid) for pid in pids):
+        assert time.monotonic() < deadline, "its processes go on"
+        time.sleep(0.05)
+
+
+def is_running(pid):
+    """Whether it is there and no zombie."""
+    try:
+        return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

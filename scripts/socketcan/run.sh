@@ -5,7 +5,8 @@
 #
 # The kernel is Debian's user-mode Linux, an ordinary process: no root, no virtual machine, nothing installed. Once, it is
 # fetched (42 MB) into .socketcan/. The command sees this machine's files; what it writes is gone with the kernel.
-# Exit status: the command's; 125 where there is no such kernel to be had or it does not boot, with the reason.
+# Exit status: the command's; 124 where it takes longer than SOCKETCAN_LIMIT_S (300); 125 where there is no such kernel
+# to be had or it does not boot, with the reason.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -41,6 +42,7 @@ trap 'rm -rf "$desk"' EXIT
 mkdir "$desk/uml"
 {
   declare -px PATH HOME VIRTUAL_ENV PYTHONPATH WHEELBENCH_CAPTURES 2>/dev/null || true
+  echo ': >/desk/begun'
   printf 'cd %q\n' "$PWD"
   printf '%q ' "$@"
 } >"$desk/command"
@@ -48,11 +50,30 @@ modules=$root/usr/lib/uml/modules/$(ls "$root/usr/lib/uml/modules")/kernel
 for module in fs/overlayfs/overlay net/can/can net/can/can-raw drivers/net/can/dev/can-dev drivers/net/can/vcan drivers/net/can/slcan/slcan
 do [ ! -e "$modules/$module.ko" ] || echo "$modules/$module.ko"; done >"$desk/modules"
 
+# It makes a session of its own, out of a terminal's Ctrl-C: whatever ends this script ends all of its processes.
+stop() {
+  [ ! -s "$desk/kernel" ] || kill -KILL -- "-$(cat "$desk/kernel")" 2>/dev/null || true
+  rm -rf "$desk"
+}
+trap stop EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM HUP
+
 # The guest's memory is a file in TMPDIR. con0 is its output; its last line is not the command's.
 shm=/dev/shm
 [ -w "$shm" ] || shm=${TMPDIR:-/tmp}
-TMPDIR=$shm LD_PRELOAD=$root/wide_state.so timeout "$limit_s" "$root/usr/bin/linux.uml" mem="${SOCKETCAN_MEMORY:-1G}" \
-  root=/dev/root rootfstype=hostfs rootflags=/ ro init="$here/guest.sh" DESK="$desk" BUSYBOX="$root/bin/busybox" \
-  uml_dir="$desk/uml" con=null con0=null,fd:1 ssl=null quiet loglevel=1 </dev/null 2>"$desk/errors" | sed -u '/^reboot: System halted/d' || true
-[ -s "$desk/status" ] || unable "the kernel did not boot, or was cut off after $limit_s s: $(tail -n 3 "$desk/errors" | tr '\n' ' ')"
+{
+  echo "$BASHPID" >"$desk/kernel"
+  TMPDIR=$shm LD_PRELOAD=$root/wide_state.so exec "$root/usr/bin/linux.uml" mem="${SOCKETCAN_MEMORY:-1G}" \
+    root=/dev/root rootfstype=hostfs rootflags=/ ro init="$here/guest.sh" DESK="$desk" BUSYBOX="$root/bin/busybox" \
+    uml_dir="$desk/uml" con=null con0=null,fd:1 ssl=null quiet loglevel=1 </dev/null 2>"$desk/errors"
+} | sed -u '/^reboot: System halted/d' &
+disown -a
+began=$SECONDS
+while kill -0 $! 2>/dev/null && [ $((SECONDS - began)) -lt "$limit_s" ]; do sleep 0.1; done
+if [ ! -s "$desk/status" ]; then
+  [ -e "$desk/begun" ] || unable "the kernel did not boot within $limit_s s: $(tail -n 3 "$desk/errors" | tr '\n' ' ')"
+  echo "socketcan: the command was cut off after $((SECONDS - began)) s; SOCKETCAN_LIMIT_S says how long it may take" >&2
+  exit 124
+fi
 exit "$(cat "$desk/status")"
