@@ -265,7 +265,7 @@ class MotorBus:
         increments = self._increments_rad
         self._increments_rad = [0.0] * len(increments)
         self._taken_tick = self._tick
-        if self.quietest_tick == self._tick and self._in_step:
+        if self._in_step:
             self._settled_tick = self._tick
         return increments
 

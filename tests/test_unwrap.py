@@ -220,3 +220,177 @@ def test_a_gap_beyond_the_bound_is_told_and_leaves_motion_out(gap):
             10 + gap,
         )
         assert "silent for so long that its whole turns are not known" in finding.text
+
+
+# --- what the bus makes of it, tick by tick: three rotors that do the same --------------------------------------------
+
+STILL, SLOW_RPM, QUICK_RPM = 0, 1465, 12_000
+SLOW, QUICK = 200, 1638
+"""Counts a tick, of rotors that turn so fast. Two ways of a slow one may be as like as one: it is within the noise."""
+
+
+class Counted(MotorBus):
+    """Counts the ticks that are not like the one before: those are kept by wheel."""
+
+    by_wheel = 0
+
+    def receive(self, tick, frames):
+        self.by_wheel += 1
+        super().receive(tick, frames)
+
+
+def all_say(counts, rpm):
+    return tuple((0x201 + i, encode_feedback(counts % 8192, rpm, 0)) for i in range(3))
+
+
+def counts_of(rads):
+    return [round(rad / WIRE_RAD) for rad in rads]
+
+
+def bus_with_late_reports(counts, rpm):
+    """Ten usual ticks from 0; the reports of tick 10 come in tick 11, with those of tick 11: one tick late, no more."""
+    bus = Counted(ROBOT)
+    for tick in range(10):
+        bus.turned(tick, all_say(counts * tick, rpm))
+    assert bus.turned(10, ()) is None
+    both = (*all_say(counts * 10, rpm), *all_say(counts * 11, rpm))
+    assert counts_of(bus.turned(11, both)) == [2 * counts] * 3
+    assert counts_of(bus.speeds_radps) == [counts * 1000] * 3
+    return bus
+
+
+def is_in_step(bus, tick, counts, rpm):
+    """Whether the bus knows that the last reports were born in the tick before: this one is a usual one then."""
+    before = bus.by_wheel
+    bus.turned(tick, all_say(counts, rpm))
+    return bus.by_wheel == before
+
+
+def test_a_usual_tick_gives_what_one_by_wheel_gives():
+    bus = Counted(ROBOT)
+    bus.turned(0, all_say(0, 0))
+    assert counts_of(bus.turned(1, all_say(10, 73))) == [10] * 3
+    assert bus.speeds_radps == pytest.approx([-10_000 * math.tau / (36 * 8192)] * 3, rel=1e-12)
+    assert bus.by_wheel == 1
+    frames = [(0x203, encode_feedback(40, 73, 0)), (0x202, encode_feedback(30, 73, 0)), (0x201, bytes((0, 20)) * 4)]
+    assert counts_of(bus.turned(2, frames)) == [10, 20, 30], "in another order"
+    assert bus.speeds_radps == pytest.approx([one * -1e4 * math.tau / (36 * 8192) for one in (1, 2, 3)], rel=1e-12)
+    assert bus.by_wheel == 2
+    assert bus.turned(3, [*all_say(50, 73)[:2], (0x203, bytes(7))]) is None
+    assert (bus.by_wheel, bus.malformed_frames) == (3, 1)
+
+
+@pytest.mark.parametrize("usual_ticks", [1, 6])
+def test_usual_ticks_are_remembered_when_a_wheel_falls_silent(usual_ticks):
+    bus = MotorBus(ROBOT)
+    for tick in range(usual_ticks):
+        bus.turned(tick, all_say(10 * tick, 73))
+    assert bus.silences(usual_ticks + 2) == [3, 3, 3]
+    bus.turned(usual_ticks, all_say(10 * usual_ticks, 73)[1:])
+    assert bus.silences(usual_ticks) == [1, 0, 0]
+
+
+def test_a_bus_whose_reports_were_all_late_at_once_is_in_step_again():
+    assert is_in_step(bus_with_late_reports(QUICK, QUICK_RPM), 12, QUICK * 12, QUICK_RPM)
+
+
+def test_two_reports_in_the_first_tick_do_not_make_later_ones_late():
+    bus = Counted(ROBOT)
+    bus.turned(0, all_say(0, 0) * 2)
+    bus.turned(1, ())
+    bus.turned(2, all_say(0, 0))
+    assert is_in_step(bus, 3, 0, 0)
+
+
+@pytest.mark.parametrize(("disturbed", "calm_from"), [(None, 21), ("foreign", 41), ("two", 41)])
+def test_late_reports_are_forgotten_after_fifty_calm_ticks(disturbed, calm_from):
+    """Until then a report after a lost one may be of two ticks, and those after it: none is taken for a usual one."""
+    bus = bus_with_late_reports(STILL, 0)
+    for tick in range(12, calm_from + 50):
+        frames = all_say(0, 0)
+        if tick == 20:
+            frames = ()
+        if tick == 40:
+            frames = {"foreign": (*frames, (0x208, bytes(8))), "two": frames[1:]}.get(disturbed, frames)
+        before = bus.by_wheel
+        bus.turned(tick, frames)
+        assert (bus.by_wheel == before) == (tick < 20), tick
+    assert is_in_step(bus, calm_from + 50, 0, 0)
+
+
+def test_a_copy_of_a_report_takes_no_time():
+    bus = Counted(ROBOT)
+    bus.turned(0, all_say(0, SLOW_RPM))
+    assert counts_of(bus.turned(1, all_say(SLOW, SLOW_RPM) * 2)) == [SLOW] * 3
+    assert counts_of(bus.speeds_radps) == [SLOW * 1000] * 3
+    assert bus.turned(2, ()) is None
+    three = (*all_say(SLOW * 2, SLOW_RPM), *all_say(SLOW * 3, SLOW_RPM) * 2)
+    assert counts_of(bus.turned(3, three)) == [SLOW * 2] * 3
+    assert counts_of(bus.speeds_radps) == [SLOW * 1000] * 3
+
+
+def test_the_speed_says_how_long_a_gap_was_where_reports_may_be_late():
+    """At 20,000 rpm two ticks are two thirds of a turn: the shorter way round is the other one."""
+    rpm, counts = 20_000, 2731
+    bus = bus_with_late_reports(counts, rpm)
+    assert bus.turned(12, ()) is None
+    assert counts_of(bus.turned(13, all_say(counts * 13, rpm))) == [2 * counts] * 3
+    assert counts_of(bus.speeds_radps) == [counts * 1000] * 3
+
+
+def test_where_two_gaps_agree_the_speed_is_over_the_ticks_since_a_wheel_was_heard():
+    bus = bus_with_late_reports(SLOW, SLOW_RPM)
+    bus.turned(12, ())
+    for tick, ticks in ((13, 2), (14, 1), (15, 1)):
+        assert counts_of(bus.turned(tick, all_say(SLOW * tick, SLOW_RPM))) == [SLOW * ticks] * 3
+        assert counts_of(bus.speeds_radps) == [SLOW * 1000] * 3
+
+
+@pytest.mark.parametrize(
+    ("ticks", "speed_ticks", "in_step"),
+    [
+        (1, 1, False),  # it was born a tick before: reports may be late from now on
+        (2, 2, True),
+        (3, 2, True),  # none is born before the one before it: not believed, and the angle is
+        (0, 2, True),  # nor is it of the same tick
+    ],
+)
+def test_a_report_after_a_lost_one_is_as_old_as_its_speed_says(ticks, speed_ticks, in_step):
+    rpm, counts = 3000, 410
+    bus = Counted(ROBOT)
+    for tick in range(5):
+        bus.turned(tick, all_say(counts * tick, rpm))
+    bus.turned(5, ())
+    assert counts_of(bus.turned(6, all_say(counts * (4 + ticks), rpm))) == [counts * ticks] * 3
+    assert counts_of(bus.speeds_radps) == pytest.approx([counts * ticks * 1000 / speed_ticks] * 3, abs=1)
+    assert is_in_step(bus, 7, counts * (5 + ticks), rpm) == in_step
+
+
+def test_an_angle_that_contradicts_its_speed_over_one_lost_frame_is_taken_the_shorter_way():
+    bus = bus_with_late_reports(STILL, 0)
+    bus.turned(12, ())
+    assert counts_of(bus.turned(13, all_say(1000, 0))) == [1000] * 3
+    assert counts_of(bus.speeds_radps) == [500_000] * 3
+    assert bus.watch.findings == ()
+    assert not is_in_step(bus, 14, 1000, 0), "nor is it known when it was born"
+
+
+@pytest.mark.parametrize("were_late", [False, True])
+def test_over_two_lost_frames_it_is_told(were_late):
+    bus = bus_with_late_reports(STILL, 0)
+    if not were_late:
+        bus = Counted(ROBOT)
+        bus.turned(11, all_say(0, 0))
+    assert (bus.turned(12, ()), bus.turned(13, ())) == (None, None)
+    assert bus.turned(14, all_say(1000, 60)) == []
+    assert bus.speeds_radps == pytest.approx([-math.tau / 36] * 3, rel=1e-12), "a rotor turn a second, as it reports"
+    assert [(one.kind, one.can_id) for one in bus.watch.findings] == [(Kind.LOST_COUNT, 0x201 + i) for i in range(3)]
+
+
+@pytest.mark.parametrize(("silent_ticks", "known"), [(35, True), (36, False)])
+def test_a_report_that_may_be_late_is_not_known_for_longer(silent_ticks, known):
+    """At rest every gap agrees, but not even that says what happened in 37 ticks."""
+    bus = bus_with_late_reports(STILL, 0)
+    for tick in range(12, 12 + silent_ticks):
+        bus.turned(tick, ())
+    assert (bus.turned(12 + silent_ticks, all_say(0, 0)) != []) == known
