@@ -53,6 +53,26 @@ def test_the_wire_decides_bit_by_bit_in_100_000_random_sets():
                 fields.pop(0)
 
 
+def test_the_order_of_neighbours():
+    """ISO 11898-1: identifier, request, extension, the rest of a long identifier, its request; 0 goes first."""
+    order = [
+        Frame(0x1FF, b""),
+        Frame(0x200, b""),
+        Frame(0x200, b"", remote_length=0),
+        Frame(0x200 << 18, b"", True),
+        Frame(0x200 << 18, b"", True, 0),
+        Frame(0x200 << 18 | 0x00001, b"", True),
+        Frame(0x200 << 18 | 0x00002, b"", True),
+        Frame(0x200 << 18 | 0x20000, b"", True),
+        Frame(0x200 << 18 | 0x3FFFF, b"", True),
+        Frame(0x201, b""),
+        Frame(0x201 << 18, b"", True),
+    ]
+    fields = [arbitration_field(frame) for frame in order]
+    assert fields == sorted(fields)
+    assert sorted(reversed(order), key=lambda frame: frame.urgency) == order
+
+
 def test_a_bus_sends_in_that_order_and_back_to_back():
     random = Random(3)
     for _ in range(1000):
@@ -93,6 +113,42 @@ def test_who_hears_a_frame_hears_it_when_its_last_bit_is_through():
     assert bus.next_end is None
 
 
+def test_who_comes_when_the_wire_is_looked_at_still_takes_part():
+    bus = Arbitration()
+    node = bus.join(Mailboxes())
+    node.offer(100, Frame(0x700, b""))
+    assert bus.run(until=100) == []
+    node.offer(100, Frame(0x001, b""))
+    assert [one.frame.can_id for one in bus.run(until=1000)] == [0x001, 0x700]
+
+
+def test_who_leaves_takes_along_what_has_not_begun():
+    bus = Arbitration()
+    gone, other = bus.join(Queue(9)), bus.join(Mailboxes())
+    for can_id in (0x100, 0x101):
+        gone.offer(0, Frame(can_id, b""))
+    other.offer(10, Frame(0x300, b""))
+    bus.run(until=20)
+    bus.leave(gone)
+    assert [one.frame.can_id for one in bus.run(until=1000)] == [0x100, 0x300]
+    assert bus.next_end is None
+
+
+def test_how_long_the_wire_was_taken_ends_with_the_time_asked_for():
+    """0x555 and eight bytes 0x55 need no stuff bit before the checksum: at least the 108 bits of the standard."""
+    bus, frame = Arbitration(), Frame(0x555, b"\x55" * 8)
+    bits = len(wire_bits(0x555, b"\x55" * 8))
+    assert 108 + 3 <= bits <= 108 + 3 + 4
+    node = bus.join(Mailboxes())
+    assert bus.busy_until(50) == 0
+    node.offer(100, frame)
+    taken = []
+    for now in (100, 101, 150, 100 + bits - 1, 100 + bits, 1000):
+        bus.run(until=now)
+        taken.append(bus.busy_until(now))
+    assert taken == [0, 1, 50, bits - 1, bits, bits]
+
+
 def test_a_newer_value_takes_the_place_of_one_that_waits():
     bus = Arbitration()
     node = bus.join(Mailboxes())
@@ -105,6 +161,7 @@ def test_a_newer_value_takes_the_place_of_one_that_waits():
     node.offer(1010, Frame(0x201, b"\x06"))
     assert [one.frame.data for one in bus.run(until=2000)] == [b"\x05", b"\x06"]
     assert node.lost == 4
+    assert [node.offer(2000, Frame(can_id, b"")) for can_id in (0x201, 0x202, 0x201)] == [True, True, False]
 
 
 def test_a_queue_keeps_its_order_and_has_an_end():
