@@ -65,7 +65,7 @@ class Dm3519Bus(MotorBus):
 class EmulatedDm3519s(EmulatedEscs):
     """The motors' end: as C610s, with a watchdog, and errors that either of the two clear frames takes away."""
 
-    __slots__ = ("_all_on", "_numbers", "_sees_errors", "_watchdog_ticks", "errors")
+    __slots__ = ("_all_on", "_numbers", "_sees_errors", "_told", "_watchdog_ticks", "errors")
 
     def __init__(self, robot: Robot, family: Family) -> None:
         super().__init__(robot, family)
@@ -76,6 +76,7 @@ class EmulatedDm3519s(EmulatedEscs):
         self._heard = [_NEVER] * count
         self._last_words = [IDLE_DEGC << 8 | IDLE_DEGC] * count
         self._all_on = [ON] * count
+        self._told: list[int] = []  # the errors that `_last_words` say
         self.errors = [ON] * count
 
     def fault(self, number: int, error: int) -> None:
@@ -101,8 +102,9 @@ class EmulatedDm3519s(EmulatedEscs):
         self, angles_rad: Sequence[float], speeds_radps: Sequence[float], currents_a: Sequence[float]
     ) -> tuple[CanFrame, ...]:
         """One feedback frame for each ESC from its wheel's angle, speed and current, in wheel order."""
-        if self._sees_errors:
-            self._last_words = [IDLE_DEGC << 8 | error for error in self.errors]
+        if self._sees_errors and self.errors != self._told:
+            self._told = list(self.errors)
+            self._last_words = [IDLE_DEGC << 8 | error for error in self._told]
         return super().feedback(angles_rad, speeds_radps, currents_a)
 
     def _other_frame(self, tick: int, can_id: int, data: bytes) -> None:

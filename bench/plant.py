@@ -169,7 +169,7 @@ class Plant:
             current = asked + (current - asked) * decay
             if not -free <= speed <= free:
                 current = self._within_supply(current, speed)
-            dry = coulomb + load_friction * abs(current) if load_friction else coulomb
+            dry = coulomb + load_friction * (current if current > 0.0 else -current) if load_friction else coulomb
             currents.append(current)
             angles.append(angle + STEP_S * speed)
             wheels.append((inertia * speed + kick * current, dry, STEP_S * (rest + per_ax * ax + per_ay * ay)))
