@@ -133,13 +133,11 @@ class Births:
         """The ticks that may lie between a report of this tick, with `behind` more after it, and the one before."""
         least, most = self._born[wheel]
         newest = tick - behind
-        self._late = max(self._late, behind)
         if most >= newest:  # so that one was later than it was taken to be
-            self._late = max(self._late, most + 1 - newest)
             most = newest - 1
             least = min(least, most)
             self._born[wheel] = least, most
-        oldest = min(max(least + 1, tick - self._late), newest)
+        oldest = min(tick - self._late, newest)
         return range(max(1, oldest - most), newest - least + 1)
 
     def heard(self, wheel: int, tick: int, behind: int, least_ticks: int, most_ticks: int) -> None:

@@ -14,7 +14,7 @@ from bench.m2006 import MotorBus, encode_feedback
 from bench.messages import BodyTwist
 from bench.noise import Noise, NoisyFeedback
 from bench.plant import Plant
-from bench.unwrap import ByShorterWay, BySpeed, filter_share, steepest_turns_per_ms2, stray_ms2
+from bench.unwrap import Births, ByShorterWay, BySpeed, filter_share, steepest_turns_per_ms2, stray_ms2
 
 ROBOT = load_robot("m2006")
 SHARE = 1.0 - math.exp(-1.0 / 10.0)
@@ -89,6 +89,86 @@ def test_the_bound_is_sharp(beyond):
         assert found.counts == turned
 
 
+@pytest.mark.parametrize(("before", "after"), [(0, 0), (1000, 3000), (2000, -500)])
+@pytest.mark.parametrize("gap", [1, 2, 10])
+def test_a_way_is_believed_within_the_bound_and_half_a_sixteenth_of_a_turn(gap, before, after):
+    """Around the sum of the speeds as the module's text has it: its mean, and what the filter holds back."""
+    unwrap, counts_per_rpm_tick = BySpeed(ROBOT), 8192 / 60_000
+    ahead = counts_per_rpm_tick * (0.5 * gap * (before + after) + (1 / SHARE - 0.5) * (after - before))
+    stray = unwrap.slopes[0] * math.fsum(map(abs, weights(gap))) + 256
+    for counts in (math.floor(ahead + stray), math.ceil(ahead - stray)):
+        assert unwrap.way(0, shorter(counts), (before, after), range(gap, gap + 1)) == (counts, gap, gap)
+    for counts in (math.floor(ahead + stray) + 1, math.ceil(ahead - stray) - 1):
+        assert unwrap.way(0, shorter(counts), (before, after), range(gap, gap + 1)) is None
+
+
+def test_a_tick_is_never_too_long():
+    unwrap = BySpeed(ROBOT)
+    unwrap.slopes = (1e9,)
+    assert unwrap.longest_ticks(0) == 1
+
+
+def test_a_motor_without_a_filter_reports_what_its_rotor_does():
+    assert filter_share(0.0) == 1.0
+
+
+def test_a_rotor_is_turned_by_its_motor_and_by_no_more_grip_than_rubber_has():
+    """0.6 A of 0.18 Nm/A, a fifth of the load lost in the gear on either way, and 0.02 Nm, on 0.0012 kgm^2."""
+    motor = replace(ROBOT.motor, load_friction=0.2)
+    alone = replace(ROBOT, motor=motor, ground=replace(ROBOT.ground, grip=0.0, rolling=0.0))
+    turns_per_ms2 = (0.6 * 0.18 * 1.2 / 0.8 + 0.02) / 0.0012 * 36 / math.tau * 1e-6
+    assert steepest_turns_per_ms2(alone) == pytest.approx([turns_per_ms2] * 3, rel=1e-12)
+    held = [replace(ROBOT, ground=replace(ROBOT.ground, grip=grip)) for grip in (1.4, 1.5, 2.0)]
+    less, rubber, more = map(steepest_turns_per_ms2, held)
+    assert less[0] < rubber[0]
+    assert rubber == more
+
+
+# --- births ----------------------------------------------------------------------------------------------------------
+
+
+def gaps_of(births, tick, reports=1):
+    """The gaps of a wheel's reports of one tick; each is told to be any of them."""
+    found = []
+    for behind in reversed(range(reports)):
+        gaps = births.gaps(0, tick, behind)
+        births.heard(0, tick, behind, gaps[0], gaps[-1])
+        found.append((gaps[0], gaps[-1]))
+    return found
+
+
+def test_a_report_may_be_as_late_as_any_was():
+    births = Births(1)
+    births.first(0, 0)
+    assert gaps_of(births, 1) == [(1, 1)]
+    assert gaps_of(births, 3) == [(2, 2)], "none was late yet"
+    assert gaps_of(births, 5, reports=2) == [(1, 1), (1, 1)], "of 4 and 5: one tick late"
+    assert gaps_of(births, 7) == [(1, 2)], "of 6 or 7"
+    assert gaps_of(births, 9, reports=3) == [(1, 1), (1, 1), (1, 1)], "of 7, 8 and 9: that one was of 6, two ticks late"
+    assert gaps_of(births, 12) == [(1, 3)], "of 10, 11 or 12"
+    assert gaps_of(births, 13) == [(1, 3)], "no two in one tick: of 11, 12 or 13, one or more after that"
+    assert gaps_of(births, 15, reports=2) == [(1, 3), (1, 2)]
+
+
+def test_two_late_ones_after_one_of_unknown_birth_show_how_late_they_are():
+    births = Births(1)
+    births.first(0, 0)
+    gaps_of(births, 2, reports=2)
+    assert gaps_of(births, 4) == [(1, 2)]
+    assert gaps_of(births, 7, reports=3) == [(1, 2), (1, 1), (1, 1)]
+    assert gaps_of(births, 10) == [(1, 3)], "two ticks late was seen"
+
+
+@pytest.mark.parametrize("usual_before", [False, True])
+def test_fifty_calm_ticks_in_a_row_are_in_step_whatever_was_before(usual_before):
+    births = Births(1)
+    if usual_before:
+        for tick in range(30):
+            births.settled(tick, alone=True)
+        births.exactly(30)
+    assert [births.settled(tick, alone=True) for tick in range(31, 81)] == [False] * 49 + [True]
+
+
 @given(
     st.sampled_from(robot_names()),
     st.floats(-1.0, 1.0),
@@ -141,12 +221,15 @@ def test_no_rotor_of_the_plant_changes_its_speed_faster_than_the_bound_says(name
 
 
 def test_passive_encoders_are_unwrapped_the_shorter_way_while_they_are_slow_enough():
-    wheels = [replace(ROBOT.wheels[0], gear=gear) for gear in (1.0, 10.0)]
+    wheels = [replace(ROBOT.wheels[0], gear=gear) for gear in (1.0, 10.0, 100.0)]
     unwrap = ByShorterWay(wheels)
     assert unwrap.way(0, -4096, (30000, 30000), range(1, 73)).counts == -4096
     assert unwrap.way(0, 5, (0, 0), range(73, 74)) is None
     assert unwrap.way(1, 5, (0, 0), range(7, 8)) == (5, 7, 7)
     assert unwrap.way(1, 5, (0, 0), range(7, 9)) is None
+    assert unwrap.way(1, 5, (0, 0), range(3, 6)) == (5, 3, 5)
+    assert unwrap.way(2, 5, (0, 0), range(1, 2)) == (5, 1, 1), "a tick is never too long"
+    assert unwrap.way(2, 5, (0, 0), range(1, 3)) is None
 
 
 # --- on the bus ------------------------------------------------------------------------------------------------------
@@ -316,6 +399,9 @@ def test_late_reports_are_forgotten_after_fifty_calm_ticks(disturbed, calm_from)
         bus.turned(tick, frames)
         assert (bus.by_wheel == before) == (tick < 20), tick
     assert is_in_step(bus, calm_from + 50, 0, 0)
+    bus.turned(calm_from + 51, ())
+    bus.turned(calm_from + 52, all_say(0, 0))
+    assert is_in_step(bus, calm_from + 53, 0, 0), "one after a lost one is of its tick again"
 
 
 def test_a_copy_of_a_report_takes_no_time():
