@@ -3,6 +3,7 @@
 import json
 import random
 from collections import deque
+from pathlib import Path
 
 import pytest
 from compilers import needs_compiler
@@ -14,6 +15,8 @@ from bench.check.worlds import worlds_of
 from bench.errors import BenchError, UsageError
 from bench.m2006 import decode_command, encode_command
 from bench.motors import family
+
+ROOT = Path(__file__).parents[1]
 
 DRIVE = """schema = 1
 name = "drive"
@@ -256,3 +259,12 @@ def test_what_is_no_world_is_said_in_a_sentence(call, tmp_path, worlds, words):
 def test_a_recording_does_not_drive(driven):
     with pytest.raises(UsageError, match="is a recording; put sim"):
         list(worlds_of(driven[0], [str(driven[0]), "sim"]))
+
+
+def test_the_page_shows_what_the_command_says(call, monkeypatch):
+    """docs/parity.md, word for word: its figures are measured here."""
+    monkeypatch.chdir(ROOT)
+    base = "docs/examples/late_base.py:LateBase"
+    status, out, _ = call("parity", "docs/examples/link_loss.toml", "--worlds", f"sim,{base}")
+    assert status == 1
+    assert f"```text\n{out}```" in (ROOT / "docs/parity.md").read_text()
