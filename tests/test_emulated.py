@@ -456,6 +456,14 @@ def test_emulate_says_where_it_is_what_it_hears_and_stops_by_ctrl_c(tmp_path):
         (("core", "pty:", "--twist", "0,0,1e30"), 2, "expected numbers from -32767 to 32767"),
         (("firmware", "--can", "can:virtual:x", "--rc", "pty:", "--robot", "slamware-b"), 2, "slamware-b takes no RC"),
         (("firmware", "--can", "can:slcan:/dev/ttyACM0"), 2, "may move real motors; lift the robot off the floor"),
+        (
+            ("slcan", "--bus", "can:socketcan:can0"),
+            2,
+            "may move real motors; lift the robot off the floor and add --arm",
+        ),
+        (("slcan", "--bus", "can:socketcan:can0", "--robot", "m2006"), 2, "may move real motors; lift the robot"),
+        (("slcan", "--bus", "can:socketcan:can0", "--arm"), 2, "add --robot, whose current limit then holds"),
+        (("slcan", "--robot", "m2006", "--arm"), 2, "--arm: goes with --bus"),
         (("receiver", "pty:", "--protocol", "morse"), 2, "expected uart12, sbus"),
         (("receiver", "pty:", "--protocol", "sbus", "--seconds", "-1"), 2, "expected a positive number"),
         (("base", "serial:/dev/no-such-thing"), 3, "plug it in"),
@@ -491,6 +499,7 @@ def test_a_receiver_plays_a_scenario_whose_robot_lies_beside_it(call, tmp_path):
         (("receiver", "pty:", "--protocol", "ibus", "--from", "bench/demo/drive.bin"), "frames"),
         (("escs", "can:virtual:nobody", "--robot", "dm3519"), "feedback"),
         (("slcan", "--bus", "can:virtual:nobody"), "adapter_commands"),
+        (("slcan", "--bus", "can:virtual:nobody", "--robot", "m2006"), "frames_limited"),
     ],
 )
 def test_emulate_tells_programs_too(call, arguments, key):

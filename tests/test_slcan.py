@@ -6,14 +6,17 @@ import threading
 
 import can
 import pytest
+import serial
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from bench.config import load_robot
 from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
 from bench.io.clock import now_ns, wait_ns
 from bench.io.emulated.slcan import SlcanAdapter, SlcanOnLine
 from bench.io.kinds.crossed import crossed
+from bench.io.limiter import Limiter
 from bench.io.serial_port import open_serial
 from bench.io.slcan import SlcanReader, encode, opening
 
@@ -150,10 +153,10 @@ def test_an_adapter_survives_any_text_and_then_works(pieces):
 class Running:
     """An adapter on a pty with a bus behind it; `until` steps it by hand until something holds."""
 
-    def __init__(self, address="pty:"):
+    def __init__(self, address="pty:", limiter=None):
         self.bus, self.far = crossed()
         self.line = open_serial("adapter", address)
-        self.device = SlcanOnLine(self.line, self.bus)
+        self.device = SlcanOnLine(self.line, self.bus, limiter=limiter)
         self.tick = 0
 
     def step(self):
@@ -219,6 +222,72 @@ def test_our_port_and_the_adapter_lose_no_frame_among_junk(adapter):
     finally:
         port.close()
     adapter.until(lambda: not adapter.device.adapter.is_open)
+
+
+WILD = (0x200, bytes.fromhex("2710 D8F0 0064 2710"))
+"""10000, -10000, 100, 10000: three motors of m2006, and a fourth that is somebody else's."""
+WITHIN_600_MA = (0x200, bytes.fromhex("0258 FDA8 0064 0000"))
+NO_CURRENT = (0x200, bytes(8))
+
+
+def test_a_bridge_to_real_motors_passes_commands_within_the_robots_limits_and_nothing_else():
+    """What m2006's file allows is 0.6 A on the ESCs 1 to 3. 0x201 is what an ESC says, never its controller."""
+    bridge = Running(limiter=Limiter(load_robot("m2006")))
+    port = open_can("--can", f"can:slcan:{bridge.line.where}")
+    try:
+        port.write([(0x123, bytes(8)), WILD, (0x1FF, bytes(8)), (0x201, bytes(8))])
+        got = []
+        bridge.until(lambda: got.extend(bridge.far.read()) or bridge.device.from_host == 4)
+        assert got == [WITHIN_600_MA]
+        facts = bridge.device.facts()
+        assert (facts["frames_limited"], facts["frames_not_passed"]) == (1, 3)
+        bridge.far.write([(0x201, bytes(8))])
+        bridge.until(lambda: port.read() == ((0x201, bytes(8)),))
+    finally:
+        port.close()
+        bridge.device.close()
+
+
+@pytest.mark.parametrize("leaves", ["closes the channel", "pulls its cable", "is stopped with us"])
+def test_whoever_leaves_a_bridge_leaves_no_current_behind(leaves):
+    bridge = Running(limiter=Limiter(load_robot("m2006")))
+    port = serial.Serial(bridge.line.where, 115_200)
+    got = []
+    try:
+        port.write(opening(1_000_000) + b"t20080258000000000000\r")
+        bridge.until(lambda: got.extend(bridge.far.read()) or got)
+        assert got == [(0x200, bytes.fromhex("0258000000000000"))]
+        if leaves == "closes the channel":
+            port.write(b"C\r")
+            bridge.until(lambda: not bridge.device.adapter.is_open)
+        elif leaves == "pulls its cable":
+            port.close()
+            bridge.until(lambda: not bridge.device.adapter.is_open)
+        else:
+            bridge.device.close()
+        assert bridge.far.read() == (NO_CURRENT,), "once, and at once"
+    finally:
+        port.close()
+        bridge.device.close()
+    assert bridge.far.read() == ()
+
+
+def test_a_bridge_to_a_bus_that_is_away_says_no_current_when_it_is_back():
+    bridge = Running(limiter=Limiter(load_robot("m2006")))
+    port = open_can("--can", f"can:slcan:{bridge.line.where}")
+    try:
+        port.write([WILD])
+        bridge.until(lambda: bridge.far.read() == (WITHIN_600_MA,))
+        bridge.bus.lost = "unplugged"
+        port.close()
+        bridge.until(lambda: not bridge.device.adapter.is_open)
+        bridge.far.read()  # nobody hears these
+        bridge.bus.lost = ""
+        bridge.step()
+        bridge.step()
+        assert bridge.far.read() == (NO_CURRENT,)
+    finally:
+        bridge.device.close()
 
 
 def test_a_pulled_cable_is_noticed_and_taken_up_again(tmp_path):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from bench.config import Profile
+    from bench.config import Profile, Robot
     from bench.io.emulated.serve import Device
     from bench.messages import BodyTwist
 
@@ -32,15 +32,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     made["slcan"].add_argument(
         "address", metavar="ADDRESS", nargs="?", default="pty:", help="the adapter's port (pty:)"
     )
-    behind = made["slcan"].add_mutually_exclusive_group()
-    behind.add_argument("--robot", metavar="R", help="the motors of this robot hang on the adapter's bus")
-    behind.add_argument("--bus", metavar="ADDRESS", help="the adapter is a way to this bus: can:socketcan:can0 ...")
+    made["slcan"].add_argument(
+        "--robot",
+        metavar="R",
+        help="its motors hang on the adapter's bus; with --bus: they hang there, within its limits",
+    )
+    made["slcan"].add_argument(
+        "--bus",
+        metavar="ADDRESS",
+        help="the adapter is a way to this bus: can:socketcan:can0 ... (with --robot, --arm)",
+    )
     for name in ("base", "core", "receiver"):
         made[name].add_argument("address", metavar="ADDRESS", help="pty:, serial:/dev/ttyUSB0?baud=115200 ...")
     made["firmware"].add_argument("--can", metavar="ADDRESS", required=True, help="the bus of its motors")
     made["firmware"].add_argument("--rc", metavar="ADDRESS", help="where its RC receiver is")
     made["firmware"].add_argument("--slamware", metavar="ADDRESS", help="where its SLAMWARE core is")
-    made["firmware"].add_argument("--arm", action="store_true", help="real motors may move: they stand clear")
+    for name in ("slcan", "firmware"):
+        made[name].add_argument("--arm", action="store_true", help="real motors may move: they stand clear")
     for name, default in (("escs", "m2006"), ("base", "slamware-a"), ("firmware", "m2006")):
         made[name].add_argument("--robot", metavar="R", default=default, help=f"a name or a .toml file ({default})")
     asks = made["core"].add_mutually_exclusive_group()
@@ -141,26 +149,51 @@ def _escs(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
 
 def _slcan(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.config import load_robot
-    from bench.io.can_port import open_can
+    from bench.errors import UsageError
     from bench.io.emulated.devices import EscsOnBus
     from bench.io.emulated.slcan import SlcanOnLine
     from bench.io.kinds.crossed import crossed
     from bench.io.serial_port import open_serial
 
     _refuse_sim(args.address)
+    if args.arm and args.bus is None:
+        raise UsageError("--arm: goes with --bus; behind an adapter without one there is nothing real that could move")
     robot = load_robot(args.robot) if args.robot is not None else None
-    bus, far = crossed()
     if args.bus is not None:
-        _refuse_sim(args.bus)
-        bus = open_can("--bus", args.bus)
+        return _slcan_to_bus(args, robot)
+    bus, far = crossed()
     line = open_serial("address", args.address)
-    behind = (
-        f"with the ESCs of {robot.name} behind it" if robot else f"to {args.bus}" if args.bus else "on an empty bus"
-    )
     devices: list[Device] = [SlcanOnLine(line, bus)]
     if robot is not None:
         devices.append(EscsOnBus(robot, far))
+    behind = f"with the ESCs of {robot.name} behind it" if robot is not None else "on an empty bus"
     return devices, _told(f"SLCAN adapter {behind}, on", args.address, line.where, line.note)
+
+
+def _slcan_to_bus(args: argparse.Namespace, robot: Robot | None) -> tuple[list[Device], dict[str, object]]:
+    """A bridge. Whoever is on the line is no part of the bench, so the last line before real motors is ours to hold."""
+    from bench.errors import UsageError
+    from bench.io.address import can_address
+    from bench.io.can_port import open_can
+    from bench.io.emulated.slcan import SlcanOnLine
+    from bench.io.limiter import Limiter, refuse_unarmed
+    from bench.io.serial_port import open_serial
+
+    _refuse_sim(args.bus)
+    refuse_unarmed("--bus", args.bus, args.arm)
+    if robot is None and not can_address("--bus", args.bus).is_harmless:
+        raise UsageError(
+            f"--bus {args.bus}: nothing says what motors there may take; add --robot, whose current limit then holds"
+        )
+    bus = open_can("--bus", args.bus)
+    try:
+        line = open_serial("address", args.address)
+    except BaseException:
+        bus.close()
+        raise
+    within = f", within the limits of {robot.name}" if robot is not None else ""
+    device = SlcanOnLine(line, bus, limiter=Limiter(robot) if robot is not None else None)
+    return [device], _told(f"SLCAN adapter to {args.bus}{within}, on", args.address, line.where, line.note)
 
 
 def _base(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
@@ -179,7 +212,7 @@ def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]
     from bench.errors import UsageError
     from bench.io.can_port import open_can
     from bench.io.emulated.devices import FirmwareOnPorts
-    from bench.io.limiter import refuse_unarmed
+    from bench.io.limiter import refuse_arming_by_link, refuse_unarmed
     from bench.io.serial_port import open_serial
     from bench.rc.line import USUAL
 
@@ -188,7 +221,8 @@ def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]
     robot = load_robot(args.robot)
     if args.rc and robot.rc is None:
         raise UsageError(f"--rc: {robot.name} takes no RC; leave it out, or take a robot whose file has an rc")
-    refuse_unarmed("--can", args.can, robot, args.arm)
+    refuse_unarmed("--can", args.can, args.arm)
+    refuse_arming_by_link("--can", args.can, robot)
     bus = open_can("--can", args.can)
     rc = open_serial("--rc", args.rc, USUAL[robot.rc.protocol]) if args.rc and robot.rc else None
     slamware = open_serial("--slamware", args.slamware) if args.slamware else None

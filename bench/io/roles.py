@@ -16,7 +16,7 @@ from bench.check.faulty import FaultyWorld
 from bench.config import Robot
 from bench.errors import UsageError
 from bench.io.can_port import CanPort
-from bench.io.limiter import Limiter, refuse_unarmed
+from bench.io.limiter import Limiter, refuse_arming_by_link, refuse_unarmed
 from bench.io.paced_writer import PacedWriter
 from bench.io.rig import OutBus, Rig
 from bench.io.serial_port import SerialPort
@@ -141,7 +141,8 @@ def _motors(bench: Bench, rig: Rig, at: dict[str, str], armed: bool) -> Bench:
             "--role motors: needs --can, where the motors are; such as --can can:slcan:/dev/ttyACM0@1000000"
         )
     robot, world = bench.robot, bench.world
-    refuse_unarmed("--can", at["--can"], robot, armed)
+    refuse_unarmed("--can", at["--can"], armed)
+    refuse_arming_by_link("--can", at["--can"], robot)
     _refuse_unreal_faults(world)
     bus = rig.can("--can", at["--can"])
     assert bus is not None

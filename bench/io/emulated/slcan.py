@@ -16,6 +16,7 @@ from binascii import unhexlify
 from collections.abc import Sequence
 
 from bench.io.can_port import CanPort
+from bench.io.limiter import Limiter
 from bench.io.serial_port import SerialPort
 from bench.io.slcan import BITRATES
 from bench.messages import CanFrame
@@ -137,27 +138,43 @@ class SlcanAdapter:
 
 
 class SlcanOnLine:
-    """The adapter at the end of a serial line, with `bus` behind it. `step` once a millisecond."""
+    """The adapter at the end of a serial line, with `bus` behind it. `step` once a millisecond.
 
-    def __init__(self, line: SerialPort, bus: CanPort, adapter: SlcanAdapter | None = None) -> None:
+    Where real motors may hang on that bus, a `limiter` is the last line before it. A motor keeps its last current when
+    its commands stop, so whoever has commanded and then closes the channel or leaves the line leaves none behind. A
+    host that merely falls silent is not judged: what its motors do then is theirs, and what it is tested for.
+    """
+
+    def __init__(
+        self,
+        line: SerialPort,
+        bus: CanPort,
+        adapter: SlcanAdapter | None = None,
+        *,
+        limiter: Limiter | None = None,
+    ) -> None:
         self.line, self.bus = line, bus
         self.adapter = adapter or SlcanAdapter()
+        self.limiter = limiter
         self.from_host = self.to_host = 0
         """Frames."""
+        self._has_commanded = False
 
     def step(self, tick: int) -> None:
         """Host to bus, bus to host. Whoever leaves the line leaves a closed channel to the next one."""
-        line, adapter = self.line, self.adapter
+        line, bus, adapter = self.line, self.bus, self.adapter
         data = line.read()
         answers = adapter.feed(data) if data else b""
         if adapter.sent:
-            sent = adapter.take_sent()
-            self.from_host += len(sent)
-            self.bus.write(sent)
+            self._to_bus(adapter.take_sent())
         if line.lost:  # what had been sent before counts: a controller may leave with a last word
             line.revive()
             adapter.is_open = False
-        frames = self.bus.read()
+        if not adapter.is_open:
+            self._stop()
+        frames = bus.read()
+        if bus.lost:
+            bus.revive()
         if frames and adapter.is_open:
             self.to_host += len(frames)
             answers += adapter.deliver(frames, tick)
@@ -166,8 +183,8 @@ class SlcanOnLine:
 
     def facts(self) -> dict[str, object]:
         """What has passed, for people and --json."""
-        adapter = self.adapter
-        return {
+        adapter, limiter = self.adapter, self.limiter
+        facts: dict[str, object] = {
             "open": adapter.is_open,
             "bitrate": adapter.bitrate,
             "adapter_commands": adapter.commands,
@@ -175,8 +192,24 @@ class SlcanOnLine:
             "frames_from_host": self.from_host,
             "frames_to_host": self.to_host,
         }
+        if limiter is not None:
+            facts |= {"frames_limited": limiter.clamped, "frames_not_passed": limiter.refused}
+        return facts
 
     def close(self) -> None:
-        """Line and bus."""
+        """No current where it was ours to give, then line and bus."""
+        self._stop()
         self.line.close()
         self.bus.close()
+
+    def _to_bus(self, frames: tuple[CanFrame, ...]) -> None:
+        self.from_host += len(frames)
+        if self.limiter is not None:
+            frames = self.limiter(frames)
+            self._has_commanded = self._has_commanded or bool(frames)
+        self.bus.write(frames)
+
+    def _stop(self) -> None:
+        if self.limiter is not None and self._has_commanded:
+            self.bus.write(self.limiter.stop)
+            self._has_commanded = bool(self.bus.lost)  # a bus that is away hears it when it is back
