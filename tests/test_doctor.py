@@ -155,3 +155,19 @@ def test_a_child_gets_what_it_may_have():
     ordinary, most = done.stdout.splitlines()
     assert ordinary in ("ordinary scheduling", "ordinary priority, short time slice")
     assert most in (REAL_TIME, ordinary)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="priorities are asked for on Linux alone")
+def test_on_one_processor_nobody_takes_it_all():
+    """There a loop with priority that falls behind would leave a twentieth to whoever hears the stop key."""
+    code = (
+        "import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])\n"
+        "from bench.io.punctual import be_punctual; from bench.io.surroundings import clock\n"
+        "print(be_punctual()); print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK)\n"
+        "print(clock()[-1])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    scheduling, policy, finding = done.stdout.splitlines()
+    assert scheduling in ("ordinary scheduling", "ordinary priority, short time slice")
+    assert int(policy) == os.SCHED_OTHER
+    assert "on one processor" in finding

@@ -20,8 +20,11 @@ def be_punctual(with_priority: bool = True) -> str:
     """What a process needs that shall be woken on time; what it got, in words.
 
     No timer slack (50 us by default), and no garbage collection: a tick makes no cycles, so nothing piles up. Then
-    real-time priority, where that is allowed; else a short time slice, which newer kernels (6.12) honour by waking the
-    process earlier among others that compute. Children have none of it.
+    real-time priority, where that is allowed and safe; else a short time slice, which newer kernels (6.12) honour by
+    waking the process earlier among others that compute. Children have none of it.
+
+    On a single processor it is not safe: a loop that falls behind there leaves the others a twentieth (the kernel's
+    `sched_rt_runtime_us`), among them the process that hears the stop key.
     """
     gc.collect()
     gc.freeze()
@@ -32,7 +35,7 @@ def be_punctual(with_priority: bool = True) -> str:
 
     libc = ctypes.CDLL(None)
     libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    if with_priority:
+    if with_priority and len(os.sched_getaffinity(0)) > 1:
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))
             return REAL_TIME

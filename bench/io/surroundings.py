@@ -164,6 +164,9 @@ def _priority() -> Finding:
 
     if not sys.platform.startswith("linux"):
         return Finding("priority", LACKING, "real-time priority is asked for on Linux alone")
+    if len(os.sched_getaffinity(0)) < 2:
+        advice = "give it a second one: with one, a loop with priority that falls behind keeps the stop key unheard"
+        return Finding("priority", LACKING, "on one processor the real-time loop takes no real-time priority", advice)
     if os.geteuid() == 0 or resource.getrlimit(resource.RLIMIT_RTPRIO)[1] > 0:
         return Finding("priority", OK, "the real-time loop may have real-time priority")
     advice = "add '@dialout - rtprio 20' to /etc/security/limits.conf, and log in anew"
