@@ -276,6 +276,21 @@ def test_who_is_pushed_or_told_to_go_may_draw_what_it_needs(run, tmp_path):
     assert found[REST].ok
 
 
+@pytest.mark.parametrize("name", ["m2006", "mecanum"])
+def test_who_sets_off_is_not_at_rest_whichever_frame_of_whatever_protocol_told_it(name):
+    """A DBUS frame ends with silence: the base goes 14 ms before the next one comes, and draws current by then."""
+    robot = load_robot(name)
+    bench = simulated(robot)
+    checks = CrossWire(robot, bench.state_columns)
+    frames = Transmitter(robot.rc)
+    for tick in range(5 * 770):
+        sticks = Sticks(forward=0.5) if tick % 770 > 700 else Sticks(aux1=100 <= tick < 200)
+        checks.add(bench.tick(TickInput(frames.step(tick, sticks))))
+    found = checks.outcomes()[REST]
+    assert found.judged >= 4
+    assert texts(found) == []
+
+
 # --- answers ---------------------------------------------------------------------------------------------------------
 
 POLL = encode_frame(CONTROL_BUS, b"\x41" + bytes(12), STANDARD)

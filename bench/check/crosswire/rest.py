@@ -121,11 +121,12 @@ class RestJudge:
         if decoder is None:
             decoder = self._decoder = rc_decode.decoder(profile.protocol, pause_us=RC_PAUSE_US)
         found = []
-        for index in block.places(block.rc):
-            tick = block.first + index
-            for event in decoder.feed(block.rc[index], tick * TICK_US):
-                if isinstance(event, RcFrame) and _deflected(event, profile):
-                    found.append(tick)
+        for index, data in enumerate(block.rc):
+            if data or decoder.pending:  # what waits for silence (DBUS) is a frame before the next one comes
+                tick = block.first + index
+                for event in decoder.feed(data, tick * TICK_US):
+                    if isinstance(event, RcFrame) and _deflected(event, profile):
+                        found.append(tick)
         return found
 
     def outcome(self) -> Outcome:
