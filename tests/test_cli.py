@@ -90,6 +90,17 @@ def test_kin_refuses_what_is_no_twist(call, value):
     assert (status, "--twist: expected 3 numbers" in err) == (2, True)
 
 
+@pytest.mark.parametrize(
+    ("option", "value"), [("--twist", "1e308,0,0"), ("--twist", "0,0,-inf"), ("--wheels", "0,1e308,1")]
+)
+def test_kin_refuses_what_it_could_not_reckon_with(call, option, value):
+    """1e308 m/s is a number, and its wheels' speed is none."""
+    status, out, err = call("kin", "m2006", f"{option}={value}", "--json")
+    assert (status, out) == (2, "")
+    assert f"{option}: expected numbers from -1000000 to 1000000, got {value!r}" in err
+    assert call("kin", "m2006", "--twist", "1e6,-1e6,1e6")[0] == 0
+
+
 def test_decode_a_capture(call):
     status, out, _ = call("decode", "uart12", DRIVE, "--json")
     events = [json.loads(line) for line in out.splitlines()]
@@ -247,6 +258,9 @@ def test_replay_over_real_ports_gives_the_same_recording(call, tmp_path):
         ("--can", "can:socketcan"),
         ("--can", "recorded"),
         ("--period-ms", "0"),
+        ("--jobs", "0"),
+        ("--arm",),
+        ("--role", "base", "--can", "can:virtual:x", "--arm"),
         ("--protocol", "sbsu"),
         ("--golden", "nowhere"),
         ("--robot", "m2007"),

@@ -247,13 +247,42 @@ def test_a_firmware_beside_its_mended_twin(tmp_path):
     assert found.parity.is_same, found.parity
 
 
-@pytest.mark.parametrize(("worlds", "words"), [("sim", "two or more"), ("sim,nobody", "nobody"), ("", "two or more")])
-def test_what_is_no_world_is_said_in_a_sentence(call, tmp_path, worlds, words):
+@pytest.mark.parametrize(
+    ("worlds", "words"),
+    [
+        ("sim", "two or more"),
+        ("", "two or more"),
+        (",,", "two or more"),
+        ("sim,nobody", "nobody"),
+        ("sim,sim,nobody", "nobody"),
+        ("sim,no_such_file.py:Base", "there is no such file"),
+        ("sim,no_such_module:Base", "there is no such module"),
+    ],
+)
+def test_what_is_no_world_is_said_in_a_sentence_before_any_has_run(call, tmp_path, worlds, words):
     (tmp_path / "drive.toml").write_text(DRIVE)
-    status, out, err = call("parity", tmp_path / "drive.toml", "--worlds", worlds)
+    kept = tmp_path / "kept"
+    status, out, err = call("parity", tmp_path / "drive.toml", "--worlds", worlds, "--record", kept)
     assert (status, out) == (2, "")
     assert words in err
     assert len(err.splitlines()) == 1
+    assert not kept.exists()
+
+
+def test_a_path_that_has_a_comma_is_a_world(call, tmp_path):
+    folder = tmp_path / "mine, and yours"
+    folder.mkdir()
+    (tmp_path / "drive.toml").write_text(DRIVE.replace("2.0", "1.3"))
+    (folder / "base,1.py").write_text("from bench.base import Base\n")
+    path = f"{folder / 'base,1.py'}:Base"
+    status, out, err = call("parity", tmp_path / "drive.toml", "--worlds", "sim,sim", "--world", path, "--json")
+    assert (status, err) == (0, "")
+    assert [one["world"] for one in json.loads(out)["worlds"]] == ["sim", path]
+    status, out, err = call("parity", tmp_path / "drive.toml", "--world", path, "--world", "sim")
+    assert (status, err) == (0, "")
+    assert out == f"sim: the same as {path}, byte for byte, for 1.3 s\n"
+    status, out, err = call("parity", tmp_path / "drive.toml", "--worlds", f"sim,{path}")
+    assert status == 2
 
 
 def test_a_recording_does_not_drive(driven):

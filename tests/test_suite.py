@@ -123,6 +123,7 @@ def test_recordings_are_kept_by_name(files, tmp_path):
         (["--period-ms", "5"], "--period-ms: goes with one source"),
         (["bench/demo/drive.bin"], "drive.bin: is no scenario"),
         (["--jobs", "0"], "--jobs: expected 1 or more"),
+        (["--arm"], "--arm: lets real motors move, and in the role sim the bench drives none; leave it out"),
         (["--html", "/nowhere/page.html", "--jobs", "1"], "/nowhere/page.html: cannot be written"),
     ],
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.check.conduct import conduct
+from bench.check.controllers import controller_of
 from bench.check.parity import Parity, parity
 from bench.check.reading import Recording
 from bench.check.recording import RUN_TOML, read_bytes
@@ -50,8 +51,11 @@ def worlds_of(
             f"--worlds: the first one drives, and {reference} is a recording; put sim or a controller there"
         )
     job = from_scenario(scenario, robot=robot, controller=_controller(reference))
-    for world in filter(is_recording, others):
-        _refuse_another_run(scenario, job, Recording.open(world))
+    for world in others:  # what is no world is told before the first one has run
+        if is_recording(world):
+            _refuse_another_run(scenario, job, Recording.open(world))
+        else:
+            controller_of(job.bench.robot, _controller(world))
     if all(map(is_recording, others)) and record is None:
         for world in others:
             yield _beside_recording(reference, Path(world))

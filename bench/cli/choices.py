@@ -50,3 +50,22 @@ def add_role(parser: argparse.ArgumentParser) -> None:
     """The options of every verb that can run on real ports."""
     parser.add_argument("--role", choices=("sim", "base", "core", "motors"), default="sim", help=ROLE_HELP)
     parser.add_argument("--arm", action="store_true", help=ARM_HELP)
+
+
+def check_arm(role: str, arm: bool) -> None:
+    """`--arm` is no wish that nothing can grant: only in one role is there anything real to move. Raises UsageError."""
+    from bench.errors import UsageError
+
+    if arm and role != "motors":
+        raise UsageError(
+            f"--arm: lets real motors move, and in the role {role} the bench drives none; leave it out, or give "
+            "--role motors and their --can"
+        )
+
+
+def check_jobs(jobs: int) -> None:
+    """Raises UsageError."""
+    from bench.errors import UsageError
+
+    if jobs < 1:
+        raise UsageError(f"--jobs: expected 1 or more, got {jobs}")

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.cli.choices import add_choices, add_role
+from bench.cli.choices import add_choices, add_role, check_arm
 
 if TYPE_CHECKING:
     from bench.check.run import Run
@@ -57,6 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.can == "sim":
         args.can = "sim:"
+    check_arm(args.role, args.arm)
     if args.role != "sim" and args.replay is not None:
         raise UsageError("--replay: a recording is watched, not driven; leave --role out")
     if args.role == "sim" and args.can not in ("sim:", "recorded"):

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench.cli.choices import add_controller
+from bench.cli.choices import add_controller, check_jobs
 
 if TYPE_CHECKING:
     from bench.check.crowd import Tell
@@ -79,8 +79,7 @@ def _robot(args: argparse.Namespace) -> Robot:
     from bench.config import load_robot
     from bench.errors import UsageError
 
-    if args.jobs < 1:
-        raise UsageError(f"--jobs: expected 1 or more, got {args.jobs}")
+    check_jobs(args.jobs)
     robot = load_robot(args.robot, args.profile)
     if args.frozen_ms is None or robot.rc is None:
         return robot

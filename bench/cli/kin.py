@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 
 NAME_WIDTH, CELL_WIDTH = 14, 12
+MOST = 1e6
+"""Of any number that is given, in m/s or rad/s: beyond every robot, and far from where arithmetic ends."""
 TWIST = ("vx", "vy", "omega")
 
 
@@ -119,8 +121,10 @@ def _numbers(option: str, text: str, count: int) -> list[float]:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) != count or any(number != number or abs(number) == float("inf") for number in numbers):
+    if len(numbers) != count or any(number != number for number in numbers):
         raise UsageError(f"{option}: expected {count} numbers with commas between them, got {text!r}")
+    if any(abs(number) > MOST for number in numbers):
+        raise UsageError(f"{option}: expected numbers from -{MOST:.0f} to {MOST:.0f}, got {text!r}")
     return numbers
 
 
@@ -134,5 +138,5 @@ def _table(names: Sequence[str], columns: Mapping[str, Sequence[float]]) -> list
     width = max(NAME_WIDTH, *(len(name) + 1 for name in names))
     lines = [f"  {'':{width}}" + "".join(f"{head:>{CELL_WIDTH}}" for head in columns)]
     for name, *values in zip(names, *columns.values(), strict=True):
-        lines.append(f"  {name:{width}}" + "".join(f"{round(value, 5) + 0.0:{CELL_WIDTH}.5f}" for value in values))
+        lines.append(f"  {name:{width}}" + "".join(f" {round(value, 5) + 0.0:{CELL_WIDTH - 1}.5f}" for value in values))
     return lines

@@ -84,8 +84,6 @@ def _paths(args: argparse.Namespace) -> list[Path]:
     given = [name for name, default in _ALONE.items() if getattr(args, name) != default]
     if given:
         raise UsageError(f"--{given[0].replace('_', '-')}: goes with one source; several scenarios say it themselves")
-    if args.jobs < 1:
-        raise UsageError(f"--jobs: expected 1 or more, got {args.jobs}")
     other = next((source for source in args.source if not source.endswith(".toml")), None)
     if other is not None:
         advice = "captures and recordings are replayed one at a time, without --html and --junit"

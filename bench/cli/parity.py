@@ -23,8 +23,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--worlds",
         metavar="W,W,...",
-        required=True,
-        help="two or more, with commas between (a path has none); the first is the reference",
+        type=_between_commas,
+        action="extend",
+        default=[],
+        help="two or more, with commas between; the first is the reference",
+    )
+    parser.add_argument(
+        "--world",
+        metavar="W",
+        dest="worlds",
+        action="append",
+        default=[],
+        help="one more, as it stands: for a path that has a comma; may be given again, and alone",
     )
     parser.add_argument("--robot", metavar="R", help="another than the scenario's: a name or a .toml file")
     parser.add_argument("--record", metavar="DIR", type=Path, help="keep the reference's recording there")
@@ -37,9 +47,13 @@ def run(args: argparse.Namespace) -> int:
     from bench.check.worlds import worlds_of
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
 
-    names = [name for name in args.worlds.split(",") if name]
+    names = [name for name in args.worlds if name]
     if len(names) < 2:
-        raise UsageError(f"--worlds {args.worlds}: expected two or more with commas between, like sim,my_base.py:Base")
+        given = f"only {names[0]}" if names else "none"
+        raise UsageError(
+            f"--worlds: expected two or more with commas between, like sim,my_base.py:Base, and got {given} "
+            "(a path that has a comma: --world sim --world PATH)"
+        )
     found = []
     for beside in worlds_of(args.scenario, names, robot=args.robot, record=args.record, overwrite=args.overwrite):
         found.append(beside)
@@ -48,6 +62,10 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"reference": names[0], "worlds": [_facts(one) for one in found]}))
     return EXIT_OK if all(one.parity.is_same for one in found) else EXIT_FAILED
+
+
+def _between_commas(text: str) -> list[str]:
+    return text.split(",")
 
 
 def _facts(beside: Beside) -> dict[str, Any]:

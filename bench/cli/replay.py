@@ -9,7 +9,7 @@ import argparse
 import json
 from pathlib import Path
 
-from bench.cli.choices import add_choices, add_role, add_tolerance, check_protocol
+from bench.cli.choices import add_choices, add_role, add_tolerance, check_arm, check_jobs, check_protocol
 from bench.cli.on_ports import run_on_ports
 
 
@@ -66,6 +66,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.period_ms is not None and args.period_ms < 1:
         raise UsageError(f"--period-ms: expected 1 or more, got {args.period_ms}")
+    check_jobs(args.jobs)
+    check_arm(args.role, args.arm)
     if args.protocol is not None:
         check_protocol(args.protocol)
     args.source = sources_of(args.source)
