@@ -29,14 +29,11 @@ from bench.screen.terminal import BACKLOG, CursorReported, KeyReleased, KittyRep
 from bench.screen.terminal_watch import STALL_MS
 
 if TYPE_CHECKING:
-    from bench.check.reading import Recording
-    from bench.check.recording import Recorder
     from bench.check.run import Run
-    from bench.io.clock import Pacer
     from bench.io.process.link import ProcessLink
     from bench.screen.keyboard import Keyboard
     from bench.screen.session import Session
-    from bench.screen.settings import SettingsFile
+    from bench.screen.stage import Show, Stage
 
 FRAMES_PER_S = 20
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -226,12 +223,16 @@ class Dashboard(App[None], inherit_bindings=False):
                 terminal.paint(picture, terminal.watch.ask(_now_ns(), self.size.width))
 
     def _hear_early(self) -> None:
-        """The keys that came before the bench, once it can heed them."""
-        if self._keys_wait and self.session.link.newest_tick >= READY_TICKS:
+        """The keys that came before the bench, once it can heed them: at once, where it is only shown."""
+        session = self.session
+        if self._keys_wait and (session.keyboard is None or session.link.newest_tick >= READY_TICKS):
             self._keys_wait = False
             early, self._early = self._early, []
             for key, at_s in early:
-                self._press(key, at_s)
+                if key in MOTION and self.terminal is None:
+                    session.too_late(int(_now_ns() / 1e6 - at_s * 1e3))  # a browser's keys do not tell how old they are
+                else:
+                    self._press(key, at_s)
 
     def _press(self, key: str, at_s: float) -> None:
         """A key that was received at that time. One that moves something is not heard if it may be an old one."""
@@ -366,8 +367,8 @@ def _name(event: events.Key) -> str:
 def drive(prepare: Callable[[], Session], opening: Opening | None = None, tell: Tell = _tell_nobody) -> int:
     """Drive until the person leaves. Returns the exit status; raises what ended it.
 
-    `prepare` makes the session: at once, or while an opening picture is on the screen. `tell` gets what is worth saying
-    once the screen is gone.
+    `prepare` makes the session while the opening picture is on the screen; at once, where there is none. `tell` gets
+    what is worth saying once the screen is gone.
     """
     return _run(Dashboard(prepare()) if opening is None else Dashboard(None, prepare, opening), tell)
 
@@ -377,33 +378,36 @@ def drive_ports(link: ProcessLink, job: Run, keyboard: Keyboard, recording: str 
     from bench.screen.session import session_of
     from bench.screen.stage import Stage
 
-    return _run(Dashboard(session_of(Stage(link, job, keyboard), recording=recording)), tell)
+    return drive(lambda: session_of(Stage(link, job, keyboard), recording=recording), tell=tell)
 
 
-def show(
-    run: Run,
-    recorder: Recorder | None = None,
-    golden: Recording | None = None,
-    pacer: Pacer | None = None,
-    settings: SettingsFile | None = None,
-    tell: Tell = _tell_nobody,
-) -> int:
+def show(prepare: Callable[[], Show], opening: Opening | None = None, tell: Tell = _tell_nobody) -> int:
     """Play a run as it happens; at its end wait for the person to leave. Returns the exit status; raises what ended it.
 
-    Every frame is held against `golden`, or against the recording that the run repeats. The status is 1 where it
-    differs beyond the tolerances, and where an expectation was not met.
+    `prepare`, `opening` and `tell` are as those of `drive`. Every frame is held against the golden, or against the
+    recording that the run repeats. The status is 1 where it differs beyond the tolerances, and where an expectation was
+    not met.
     """
-    from bench.io.clock import WallPacer
-    from bench.screen.session import session_of
-    from bench.screen.stage import to_show
+    stages: list[Stage] = []
 
-    stage = to_show(run, golden, pacer or WallPacer())
-    status = _run(Dashboard(session_of(stage, recorder, settings)), tell)
+    def staged() -> Session:
+        from bench.io.clock import WallPacer
+        from bench.screen.session import session_of
+        from bench.screen.stage import to_show
+
+        run, recorder, golden, settings = prepare()
+        stages.append(to_show(run, golden, WallPacer()))
+        return session_of(stages[0], recorder, settings)
+
+    status = drive(staged, opening, tell)
+    return EXIT_FAILED if any(map(_has_failed, stages)) else status
+
+
+def _has_failed(stage: Stage) -> bool:
     differs = stage.lamp is not None and stage.lamp.first is not None
     # Whoever goes back and on from there has no run to its end any more.
-    checks = run.checks if stage.agree in stage.link.takers and stage.link.ended else None
-    disagrees = checks is not None and not all(outcome.ok for outcome in checks.outcomes())
-    return EXIT_FAILED if differs or disagrees else status
+    checks = stage.job.checks if stage.agree in stage.link.takers and stage.link.ended else None
+    return differs or (checks is not None and not all(outcome.ok for outcome in checks.outcomes()))
 
 
 def _run(app: Dashboard, tell: Tell) -> int:

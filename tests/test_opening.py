@@ -5,14 +5,27 @@ import subprocess
 import sys
 
 import pytest
-from desk import at_the_keys, frame, on_screen
+from desk import M2006, Granted, at_the_keys, frame, on_screen
 from pty_terminal import PtyTerminal
 from textual import events
 
-from bench.arena import FIELD
+from bench.arena import FIELD, load_arena
+from bench.check.run import Run, bench_in, info_of
+from bench.check.sources import from_recording, from_scenario
 from bench.config import load_robot, robot_names
+from bench.demo import SCENARIO
+from bench.screen.keyboard import Keyboard
 from bench.screen.layout import OVER, PANELS
-from bench.screen.opening import BUILDING, FIELD_M, opening_of
+from bench.screen.opening import (
+    BUILDING,
+    FIELD_M,
+    Opening,
+    opening_of,
+    opening_of_recording,
+    opening_of_scenario,
+)
+from bench.screen.session import session_of
+from bench.screen.stage import to_show
 from bench.screen.text import plain
 from bench.screen.view import PANELS as DRAWN
 from bench.screen.view import draw, picture, places
@@ -31,8 +44,11 @@ def test_names_are_those_of_the_view():
 def test_every_pane_stands_where_it_will(name, tmp_path):
     robot = load_robot(name)
     opening = opening_of(name, None, tmp_path / "none")
-    assert opening == (name, robot.rc.name if robot.rc else "", len(robot.wheels))
-    scene = at_the_keys(robot).scene()
+    assert opening == Opening(name, robot.rc.name if robot.rc else "", len(robot.wheels))
+    stands_where_it_will(opening, at_the_keys(robot).scene())
+
+
+def stands_where_it_will(opening, scene):
     for size in SIZES:
         opened = opening.picture(*size)
         assert {panel: place for panel, (place, _) in opened.items()} == places(scene, *size)
@@ -61,20 +77,61 @@ def test_what_will_not_change_is_there_already(tmp_path):
 def test_the_remembered_robot_opens_and_one_that_is_gone_does_not(tmp_path):
     settings, own = tmp_path / "settings.toml", tmp_path / "own.toml"
     settings.write_text('robot = "omni4"\npower_percent = 50\n')
-    assert opening_of(None, None, settings) == ("omni4", load_robot("omni4").rc.name, 4)
-    assert opening_of("m2006", "elrs", settings) == ("m2006", "elrs", 3)
+    assert opening_of(None, None, settings) == Opening("omni4", load_robot("omni4").rc.name, 4)
+    assert opening_of("m2006", "elrs", settings) == Opening("m2006", "elrs", 3)
     settings.write_text(f'robot = "{own}"\n')
     assert opening_of(None, None, settings).name == "m2006"
     own.write_text('name = "mine"\n[[wheel]]\n[[wheel]]\n')
-    assert opening_of(None, None, settings) == ("mine", "", 2)
+    assert opening_of(None, None, settings) == Opening("mine", "", 2)
     assert opening_of("nobody", None, settings) is None
+
+
+def recorded(place, arena=FIELD):
+    """A recording of a tenth of a second, in an arena."""
+    keyboard = Keyboard(M2006.rc)
+    run = Run("", bench_in(M2006, arena), 100, keyboard.inputs, info_of(M2006))
+    with run.recorder(place) as recorder:
+        recorder.extend(list(run))
+    return place
+
+
+def test_a_run_that_is_shown_opens_under_its_name_in_its_arena(tmp_path):
+    assert opening_of_recording(tmp_path) is None
+    arena = SCENARIO.parent / "course.toml"
+    run = recorded(tmp_path / "run", load_arena(arena))
+    again = to_show(from_recording(run), None, Granted())
+    demo = to_show(from_scenario(SCENARIO, arena=arena), None, Granted())
+    for opening, stage, title in (
+        (opening_of_recording(run), again, "run"),
+        (opening_of_scenario(SCENARIO, str(arena)), demo, "demo"),
+    ):
+        assert opening == Opening("m2006", "uart12", 3, (4.0, 3.0), title)
+        scene = session_of(stage).scene()
+        stands_where_it_will(opening, scene)
+        opened = opening.picture(120, 40)
+        assert opened["arena"][1][0] == draw("arena", scene, *opened["arena"][0][2:])[0]
+        assert plain(opened["footer"][1][0])[-18:] == plain(draw("footer", scene, 120, 1)[0])[-18:]
+        assert plain(opened["title"][1][0])[:40] == plain(draw("title", scene, 120, 1)[0])[:40]
+    hall = tmp_path / "hall.toml"
+    for odd in (
+        "length_m = 0.0\nwidth_m = 3.0\n",
+        "length_m = 1.2.3\nwidth_m = 3\n",
+        "[start]\nlength_m = 3.0\nwidth_m = 3.0\n",
+    ):
+        hall.write_text(odd)
+        assert opening_of("m2006", None, tmp_path, str(hall)).field_m == FIELD_M
 
 
 def test_the_first_frame_needs_nothing_of_the_bench():
     code = """
 import sys, bench.tui
+from pathlib import Path
 from bench.__main__ import _parser
+from bench.demo import SCENARIO
+from bench.screen.opening import opening_of_recording, opening_of_scenario
 _parser("drive").parse_args(["drive"])
+_parser("demo").parse_args(["demo"])
+opening_of_scenario(SCENARIO), opening_of_recording(Path("none"))
 ours = ("config", "arena", "base", "check", "rc", "messages")
 heavy = ("pymunk", "can", "serial", "numpy", *(f"bench.{name}" for name in ours))
 print([name for name in heavy if name in sys.modules])"""
@@ -112,8 +169,8 @@ def test_keys_pressed_while_the_bench_is_built_count_when_it_heeds_them(keys, ar
 def started(tmp_path):
     terminals = []
 
-    def start(*options):
-        terminals.append(PtyTerminal(tmp_path, "-m", "bench", "drive", *options))
+    def start(*command):
+        terminals.append(PtyTerminal(tmp_path, "-m", "bench", *command))
         return terminals[-1]
 
     yield start
@@ -122,7 +179,7 @@ def started(tmp_path):
 
 
 def test_a_key_that_comes_before_the_bench_waits_for_it(started):
-    terminal = started()
+    terminal = started("drive")
     terminal.wait_for(BUILDING.upper())
     assert b"not armed since boot" not in terminal.output
     terminal.type(b"\r")
@@ -131,11 +188,32 @@ def test_a_key_that_comes_before_the_bench_waits_for_it(started):
     assert terminal.ended() == 0
 
 
-def test_what_is_refused_while_it_is_built_is_told_on_a_screen_given_back(started):
-    terminal = started("--profile", "nobody")
-    assert terminal.ended() == 2
-    before, given_back, after = terminal.output.rpartition(b"\x1b[?1049l")
-    assert BUILDING.upper().encode() in before
-    assert given_back
-    assert b"wheelbench drive: no profile is called 'nobody'" in after
-    assert b"Traceback" not in terminal.output
+def test_a_run_to_be_shown_is_built_behind_its_picture_and_heeds_the_keys_that_came_before(started, tmp_path):
+    """A recording that is shorter than the wait for a base's first frames too: nothing is to be armed."""
+    for command in (("demo",), ("drive", "--replay", recorded(tmp_path / "run"))):
+        terminal = started(*command)
+        terminal.wait_for(BUILDING.upper())
+        assert b"identical so far" not in terminal.output
+        terminal.type(b"2")
+        terminal.wait_for("[2 wires]")
+        terminal.type(b"\x1b")
+        assert terminal.ended() == 0
+
+
+def test_what_is_refused_while_it_is_built_is_told_on_a_screen_given_back(started, tmp_path):
+    run = recorded(tmp_path / "run")
+    text = (run / "run.toml").read_text()
+    (run / "run.toml").write_text(text.replace('robot = "m2006"', 'robot = "m2006"\ncontroller = "mine.py:Mine"'))
+    for command, said in (
+        (("drive", "--profile", "nobody"), "drive: no profile is called 'nobody'"),
+        (("drive", "--replay", run), f"drive: {run}: was recorded with the controller mine.py:Mine"),
+        (("demo", "--arena", "nowhere.toml"), "demo: nowhere.toml: "),
+    ):
+        terminal = started(*command)
+        assert terminal.ended() == 2
+        before, given_back, after = terminal.output.rpartition(b"\x1b[?1049l")
+        assert BUILDING.upper().encode() in before
+        assert given_back
+        assert f"wheelbench {said}".encode() in after
+        assert after.count(b"\n") == 1
+        assert b"Traceback" not in terminal.output

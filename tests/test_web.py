@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -15,6 +16,7 @@ import pytest
 
 from bench.__main__ import main
 from bench.check.reading import Recording
+from bench.screen.opening import BUILDING
 
 DEADLINE_S = 60.0
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -65,11 +67,11 @@ def drove(recording):
     return max(abs(row[1]) for row in recording.state.values()) > 0.005
 
 
-async def see(page, text):
-    """Read what the page is sent until it holds a text."""
+async def see(page, *texts):
+    """Read what the page is sent until it holds these texts, one after the other."""
     seen = b""
     end = time.monotonic() + DEADLINE_S
-    while text.encode() not in seen:
+    while not re.search(b".*".join(re.escape(text.encode()) for text in texts), seen, re.DOTALL):
         message = await page.receive(timeout=max(0.1, end - time.monotonic()))
         assert message.data is not None, seen[-300:]
         seen += message.data if isinstance(message.data, bytes) else b""
@@ -87,7 +89,7 @@ async def driven(aiohttp, address, after=None):
     async with aiohttp.ClientSession() as browser:
         headers = {"Origin": f"http://{address}"}
         async with browser.ws_connect(f"ws://{address}/ws?width=80&height=24", headers=headers) as page:
-            await see(page, "not armed since boot")
+            await see(page, BUILDING.upper(), "not armed since boot")
             await page.send_str(json.dumps(["focus"]))
             await page.send_str(json.dumps(["stdin", "\r"]))
             await see(page, " ARMED ")
@@ -133,6 +135,20 @@ def test_a_server_that_is_killed_leaves_no_robot_that_drives(aiohttp, tmp_path):
     with served(tmp_path, "--record", tmp_path / "run") as (address, server):
         asyncio.run(driven(aiohttp, address, server.kill))
         assert drove(whole(tmp_path / "run"))
+
+
+def test_what_is_refused_while_the_bench_is_built_ends_the_page(aiohttp, tmp_path):
+    async def refused(address):
+        seen = b""
+        async with aiohttp.ClientSession() as browser:
+            headers = {"Origin": f"http://{address}"}
+            async with browser.ws_connect(f"ws://{address}/ws?width=80&height=24", headers=headers) as page:
+                while (message := await page.receive(timeout=DEADLINE_S)).type is aiohttp.WSMsgType.BINARY:
+                    seen += message.data
+        return seen
+
+    with served(tmp_path, "--profile", "nobody") as (address, _):
+        assert BUILDING.upper().encode() in asyncio.run(refused(address))
 
 
 def test_a_port_that_is_taken_is_a_sentence(aiohttp, tmp_path):

@@ -6,8 +6,12 @@ import argparse
 import json
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bench.cli.terminal import has_terminal
+
+if TYPE_CHECKING:
+    from bench.screen.stage import Show
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,15 +28,23 @@ def run(args: argparse.Namespace) -> int:
     """Run the demo and check it against its golden."""
     headless = args.headless or args.json or args.update_pinned
     if not headless and has_terminal():
-        from bench.check.reading import Recording
-        from bench.check.sources import from_scenario
-        from bench.demo import SCENARIO, golden_directory
+        from bench.demo import SCENARIO
+        from bench.screen.opening import opening_of_scenario
         from bench.tui import show
 
-        job = from_scenario(SCENARIO, arena=args.arena)
-        recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
-        return show(job, recorder, Recording.open(golden_directory()))
+        return show(lambda: _shown(args), opening_of_scenario(SCENARIO, args.arena))
     return _headless(args)
+
+
+def _shown(args: argparse.Namespace) -> Show:
+    from bench.check.reading import Recording
+    from bench.check.sources import from_scenario
+    from bench.demo import SCENARIO, golden_directory
+    from bench.screen.stage import Show
+
+    job = from_scenario(SCENARIO, arena=args.arena)
+    recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
+    return Show(job, recorder, Recording.open(golden_directory()))
 
 
 def _headless(args: argparse.Namespace) -> int:

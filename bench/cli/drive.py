@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bench.screen.keyboard import Keyboard
     from bench.screen.session import Session
     from bench.screen.settings import SettingsFile
+    from bench.screen.stage import Show
 
 WEB_PORT = 8000
 HELP = "the dashboard: drive the simulated robot by keyboard, or watch a recording"
@@ -82,31 +83,34 @@ def run(args: argparse.Namespace) -> int:
         )
     from bench.screen.remembered import settings_path
 
+    # Devices are opened, and others' code started, before the screen: what is wrong with them is told at once.
     if args.replay is not None:
-        return _watch(args)
+        from bench.screen.opening import opening_of_recording
+        from bench.tui import show
+
+        opening = opening_of_recording(args.replay) if args.controller is None else None
+        return show(lambda: _watched(args), opening, _tell)
     if args.role != "sim":
         return _drive_ports(args)
     from bench.screen.opening import opening_of
 
-    # Devices are opened, and others' files read, before the screen: what is wrong with them is told at once. So is a
-    # browser's bench built, whose keys do not tell how old they are.
-    waits = any(value is not None for value in (args.arena, args.controller, args.gamepad)) or args.rc != "sim:"
-    opening = None if waits or _in_browser() else opening_of(args.robot, args.profile, settings_path())
+    waits = args.controller is not None or args.gamepad is not None or args.rc != "sim:"
+    opening = None if waits else opening_of(args.robot, args.profile, settings_path(), args.arena)
     from bench.tui import drive
 
     return drive(lambda: _session(args), opening, _tell)
 
 
-def _watch(args: argparse.Namespace) -> int:
+def _watched(args: argparse.Namespace) -> Show:
+    """The recording that was asked for, to be shown again."""
     from bench.check.sources import from_recording
     from bench.screen.remembered import settings_path
     from bench.screen.settings import SettingsFile
+    from bench.screen.stage import Show
 
     job = from_recording(args.replay, recorded_can=args.can == "recorded", controller=args.controller)
     recorder = job.recorder(args.record, overwrite=args.overwrite) if args.record else None
-    from bench.tui import show
-
-    return show(job, recorder, settings=SettingsFile(settings_path()), tell=_tell)
+    return Show(job, recorder, settings=SettingsFile(settings_path()))
 
 
 def _drive_ports(args: argparse.Namespace) -> int:

@@ -12,7 +12,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
-from bench.screen.edges import hands_always, tabs
+from bench.screen.edges import HELP_AND_QUIT, hands_always, tabs
 from bench.screen.layout import DRIVE, Place, arrange
 from bench.screen.text import LABEL, PLAIN, TITLE, WARN_BADGE, Line, both_ends, fit, width_of
 
@@ -21,24 +21,29 @@ DEFAULT_ROBOT = "m2006"
 FIELD_M = (6.0, 4.0)
 """Length and width of `bench.arena.FIELD`."""
 BUILDING = "building the bench"
-_PANES = {"wheels": "wheel", "wires": "wire", "glance": "", "scope": "scope", "wiretable": "wires"}
-_NAME, _RC, _WHEEL = (
+_PANES = {"progress": "", "wheels": "wheel", "wires": "wire", "glance": "", "scope": "scope", "wiretable": "wires"}
+_NAME, _RC, _WHEEL, _ROBOT, _SCENARIO, _LENGTH, _WIDTH, _TABLE = (
     re.compile(pattern, re.MULTILINE)
-    for pattern in (r'^name *= *"([^"]*)"', r'^rc *= *"([^"]*)"', r"^\[\[ *wheel *\]\]")
-)
-_REMEMBERED = re.compile(r'^robot *= *"([^"]+)"', re.MULTILINE)
+    for pattern in (
+        r'^name *= *"([^"]*)"', r'^rc *= *"([^"]*)"', r"^\[\[ *wheel *\]\]", r'^robot *= *"([^"]+)"',
+        r'^scenario *= *"([^"]+)"', r"^length_m *= *([0-9.]+)", r"^width_m *= *([0-9.]+)", r"^\[",
+    )
+)  # fmt: skip
 
 
 class Opening(NamedTuple):
-    """A robot as far as the opening picture shows it, in the default field."""
+    """A robot as far as the opening picture shows it. `replay` is what a run is called that is shown, not driven."""
 
     name: str
     rc: str
     wheels: int
+    field_m: tuple[float, float] = FIELD_M
+    replay: str = ""
 
     def picture(self, width: int, height: int) -> dict[str, tuple[Place, list[Line]]]:
         """Panel -> where it stands, and its lines."""
-        places = arrange(width, height, wheels=self.wheels, aspect=FIELD_M[0] / FIELD_M[1])
+        aspect = self.field_m[0] / self.field_m[1]
+        places = arrange(width, height, wheels=self.wheels, aspect=aspect, replay=bool(self.replay))
         return {
             name: (place, [fit(line, place.width) for line in self._lines(name, place)])
             for name, place in places.items()
@@ -57,9 +62,10 @@ class Opening(NamedTuple):
         if panel == "title":
             return [self._title(width)]
         if panel == "arena":
-            return _field(width, place.height)
+            return _field(self.field_m, width, place.height)
         if panel == "footer":
-            return [both_ends([(f" {BUILDING}; a key waits for it", LABEL)], hands_always(False), width)]
+            always = HELP_AND_QUIT if self.replay else hands_always(False)
+            return [both_ends([(f" {BUILDING}; a key waits for it", LABEL)], always, width)]
         if panel == "status":
             return [[(" ", PLAIN), (f" {BUILDING.upper()} ", WARN_BADGE)]]
         if panel == "small":
@@ -68,12 +74,13 @@ class Opening(NamedTuple):
 
     def _title(self, width: int) -> Line:
         right = [(f"{BUILDING} ", TITLE)]
-        for name in (f" {self.name}, {self.rc or 'no RC'}", f" {self.name}"):
+        told = f" {self.replay}" if self.replay else ""
+        for name in (f"{told} {self.name}, {self.rc or 'no RC'}", f"{told} {self.name}"):
             for long in (True, False):
                 line = [(name, TITLE), ("  ", TITLE), *tabs(DRIVE, {}, long=long)]
                 if width_of(line) + 2 + width_of(right) <= width:
                     return both_ends(line, right, width, TITLE)
-        return both_ends([(f" {self.name}", TITLE)], right, width, TITLE)
+        return both_ends([(f"{told} {self.name}", TITLE)], right, width, TITLE)
 
 
 def _joined(parts: list[tuple[int, Line]], width: int) -> Line:
@@ -84,16 +91,47 @@ def _joined(parts: list[tuple[int, Line]], width: int) -> Line:
     return fit(row, width)
 
 
-def opening_of(robot: str | None, profile: str | None, settings: Path) -> Opening | None:
+def opening_of(robot: str | None, profile: str | None, settings: Path, arena: str | None = None) -> Opening | None:
     """The picture for a robot, the remembered one where none is named; None where its file is not found or odd."""
-    for text in (robot, None if robot else _first(_REMEMBERED, _read(settings)), None if robot else DEFAULT_ROBOT):
-        if text:
-            ours = ROBOTS / f"{text}.toml"
-            file = _read(ours if ours.is_file() else Path(text))
-            wheels = len(_WHEEL.findall(file))
-            if wheels:
-                return Opening(_first(_NAME, file), Path(profile or _first(_RC, file)).stem, wheels)
+    for text in (robot, None if robot else _first(_ROBOT, _read(settings)), None if robot else DEFAULT_ROBOT):
+        if text and (found := _looked_up(text, profile)) is not None:
+            return found if arena is None else found._replace(field_m=_field_of(Path(arena)))
     return None
+
+
+def opening_of_scenario(file: Path, arena: str | None = None) -> Opening | None:
+    """The same for a scenario that is shown: with its robot, in the default field or another."""
+    text = _read(file)
+    found = _looked_up(_first(_ROBOT, text) or DEFAULT_ROBOT, None)
+    field_m = FIELD_M if arena is None else _field_of(Path(arena))
+    return found and found._replace(replay=_first(_NAME, text) or file.stem, field_m=field_m)
+
+
+def opening_of_recording(directory: Path) -> Opening | None:
+    """The same for a recording that is shown again: with what lies in it."""
+    found = _looked_up(str(directory / "robot.toml"), None)
+    if found is None:
+        return None
+    title = _first(_SCENARIO, _read(directory / "run.toml")) or directory.name
+    rc = _first(_NAME, _read(directory / "profile.toml"))
+    return found._replace(replay=title, rc=rc, field_m=_field_of(directory / "arena.toml"))
+
+
+def _looked_up(robot: str, profile: str | None) -> Opening | None:
+    ours = ROBOTS / f"{robot}.toml"
+    file = _read(ours if ours.is_file() else Path(robot))
+    wheels = len(_WHEEL.findall(file))
+    return Opening(_first(_NAME, file), Path(profile or _first(_RC, file)).stem, wheels) if wheels else None
+
+
+def _field_of(arena: Path) -> tuple[float, float]:
+    """Length and width, which stand before the first table."""
+    head = _TABLE.split(_read(arena))[0]
+    try:
+        length_m, width_m = float(_first(_LENGTH, head)), float(_first(_WIDTH, head))
+    except ValueError:
+        return FIELD_M
+    return (length_m, width_m) if length_m > 0.0 < width_m else FIELD_M
 
 
 def _first(pattern: re.Pattern[str], text: str) -> str:
@@ -108,9 +146,9 @@ def _read(path: Path) -> str:
         return ""  # whoever reads it in earnest says what is wrong
 
 
-def _field(width: int, height: int) -> list[Line]:
+def _field(field_m: tuple[float, float], width: int, height: int) -> list[Line]:
     """The empty field in its frame."""
-    caption: Line = [(f" field {FIELD_M[0]:g} × {FIELD_M[1]:g} m ", PLAIN)]
+    caption: Line = [(f" field {field_m[0]:g} × {field_m[1]:g} m ", PLAIN)]
     inner = width - 2
     words = caption if width_of(caption) <= inner else []
     rest = "─" * (inner - width_of(words))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from bench.arena import Arena
 from bench.check.crosswire import CrossWire
 from bench.check.reading import Recording
+from bench.check.recording import Recorder
 from bench.check.run import Run, bench_in, info_of
 from bench.check.summary import Summary
 from bench.config import Robot
@@ -15,6 +17,7 @@ from bench.io.link import InlineLink, Taker
 from bench.io.process.link import ProcessLink
 from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
+from bench.screen.settings import SettingsFile
 from bench.screen.wire_lamps import WireLamps
 from bench.world import RecordedMotors
 
@@ -29,6 +32,15 @@ class Stage:
     lamp: GoldenLamp | None = None
     summary: Summary | None = None
     agree: WireLamps | None = None
+
+
+class Show(NamedTuple):
+    """A run that is to be shown: what keeps it, what it is held against where that is not its own recording."""
+
+    run: Run
+    recorder: Recorder | None = None
+    golden: Recording | None = None
+    settings: SettingsFile | None = None
 
 
 def to_drive(job: Run, keyboard: Keyboard, pacer: Pacer) -> Stage:
