@@ -5,6 +5,11 @@ Only the verb that was asked for is imported: `wheelbench --help` must not wait 
 
 from __future__ import annotations
 
+if __name__ == "__main__":  # before anything that takes its time
+    from bench.cli import interrupt
+
+    interrupt.take_over()
+
 import argparse
 import errno
 import importlib
@@ -88,8 +93,10 @@ def _drop_output() -> None:
 
 
 def _run(args: argparse.Namespace) -> int:
+    from bench.cli.interrupt import hand_over
     from bench.errors import BenchError
 
+    hand_over()  # `main` catches it from here on, and what the verb opens shall be closed
     try:
         return int(args.run_verb(args))
     except BenchError as error:
@@ -145,4 +152,4 @@ def _version() -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    interrupt.end_with(main)

@@ -24,6 +24,7 @@ ONLY_IN = {
     # Which thread may catch signals; and a bus whose nodes may be in any thread of somebody else's program.
     "threading": ("cli/headless.py", "io/timed_can.py"),
     "signal": ("cli/headless.py", "tui.py", "io/forked.py", "check/crowd.py"),
+    "_signal": ("cli/interrupt.py",),  # before there has been time to read `signal`
     "asyncio": ("screen/web.py",),  # whose turn it is, among pages; nothing of the bench
     "aiohttp": ("screen/web.py",),
     "textual_serve": ("screen/web.py",),
