@@ -9,6 +9,8 @@ import pytest
 from compilers import needs_compiler
 
 from bench.__main__ import main
+from bench.check.failsafe import losses, run_row
+from bench.config import load_robot
 from bench.dut.build import build
 from bench.dut.firmware import firmware_of
 from bench.dut.project import load_project
@@ -25,6 +27,8 @@ at_s = 0.0
 at_s = 0.3
 forward = 0.5
 """
+
+CORE_SILENT = [loss.name for loss in losses(load_robot("m2006"))].index("core silent")
 
 pytestmark = needs_compiler
 
@@ -59,6 +63,10 @@ def test_a_generators_folder_is_guessed_compiles_without_a_word_and_drives(tmp_p
     assert json.loads(out)["path_m"] > 0.3
     x_m, y_m, _ = json.loads(out)["end"]
     assert (x_m > 0.3, abs(y_m) < 0.01) == (True, True), "forward is forward"
+    rows = run_row(load_robot("m2006", str(folder / "level.toml")), CORE_SILENT, str(project))
+    assert {(cell.verdict, cell.why) for cell in rows} == {
+        ("off", ("the firmware has no core: slamware is not among its [wires]",))
+    }
     log = (tmp_path / "run" / "firmware.log").read_text()
     assert log.startswith("(0.020000) | SSL robot 2026 ready\n"), "20 ms by the cycle counter"
     assert log.count("HAL_ADC_GetValue gives 0 here; define it in wheelbench_port.c") == 1
@@ -109,6 +117,178 @@ def test_a_cycle_counter_runs_in_virtual_time_and_may_be_set(tmp_path):
     base = firmware_of(made(tmp_path, source, '[wires]\ncan = "hcan1"\n'))()
     sent = [(tick, frame[0]) for tick in range(20) for frame in base.step(tick, b"", b"", ())[0]]
     assert sent == [(5, 1), (8, 2)]
+
+
+H7 = """
+    #include "stm32h7xx_hal.h"
+    FDCAN_HandleTypeDef hfdcan1;
+    UART_HandleTypeDef huart5, huart10;
+    DMA_HandleTypeDef hdma_uart5_rx;
+    typedef enum { PWR_GOOD, RCC_MINE_LOST } power_t;        /* a team's own names */
+    static const uint8_t FLASH_MINE = 3;
+    void SystemClock_Config(void) {
+        RCC_OscInitTypeDef RCC_OscInitStruct = {0};
+        RCC_ClkInitTypeDef RCC_ClkInitStruct = {0};
+        MPU_Region_InitTypeDef region = {.Enable = MPU_REGION_ENABLE, .Number = MPU_REGION_NUMBER0,
+            .Size = MPU_REGION_SIZE_4GB, .DisableExec = MPU_INSTRUCTION_ACCESS_DISABLE, 
+            .IsCacheable = MPU_ACCESS_NOT_CACHEABLE};
+        HAL_MPU_Disable();
+        HAL_MPU_ConfigRegion(&region);
+        HAL_MPU_Enable(MPU_PRIVILEGED_DEFAULT);
+        SCB_EnableDCache();
+        HAL_PWREx_ConfigSupply(PWR_LDO_SUPPLY);
+        __HAL_PWR_VOLTAGESCALING_CONFIG(PWR_REGULATOR_VOLTAGE_SCALE0);
+        while (!__HAL_PWR_GET_FLAG(PWR_FLAG_VOSRDY)) {}
+        RCC_OscInitStruct.OscillatorType = RCC_OSCILLATORTYPE_HSI48 | RCC_OSCILLATORTYPE_HSE;
+        RCC_OscInitStruct.HSI48State = RCC_HSI48_ON;
+        RCC_OscInitStruct.PLL.PLLRGE = RCC_PLL1VCIRANGE_3;
+        if (HAL_RCC_OscConfig(&RCC_OscInitStruct) != HAL_OK) for (;;) {}
+        RCC_ClkInitStruct.ClockType = RCC_CLOCKTYPE_HCLK | RCC_CLOCKTYPE_D3PCLK1;
+        RCC_ClkInitStruct.APB4CLKDivider = RCC_APB4_DIV2;
+        if (HAL_RCC_ClockConfig(&RCC_ClkInitStruct, FLASH_LATENCY_3) != HAL_OK) for (;;) {}
+    }
+    void HAL_UART_MspInit(UART_HandleTypeDef *uart) {
+        GPIO_InitTypeDef pins = {.Mode = GPIO_MODE_AF_PP, .Alternate = GPIO_AF14_UART5};
+        RCC_PeriphCLKInitTypeDef clock = {0};
+        clock.PeriphClockSelection = RCC_PERIPHCLK_UART5;
+        clock.Usart234578ClockSelection = RCC_USART234578CLKSOURCE_D2PCLK1;
+        HAL_RCCEx_PeriphCLKConfig(&clock);
+        __HAL_RCC_UART5_CLK_ENABLE();
+        __HAL_RCC_GPIOB_CLK_ENABLE();
+        HAL_GPIO_Init(GPIOB, &pins);
+        hdma_uart5_rx.Instance = DMA2_Stream0;
+        hdma_uart5_rx.Init.Request = DMA_REQUEST_UART5_RX;
+        hdma_uart5_rx.Init.Mode = DMA_CIRCULAR;
+        __HAL_LINKDMA(uart, hdmarx, hdma_uart5_rx);
+        HAL_NVIC_EnableIRQ(UART5_IRQn);
+    }
+    void HAL_UART_MspDeInit(UART_HandleTypeDef *uart) {
+        __HAL_RCC_UART5_CLK_DISABLE();
+        HAL_DMA_DeInit(uart->hdmarx);
+    }
+    int main(void) {
+        SystemClock_Config();
+        hfdcan1.Init.FrameFormat = FDCAN_FRAME_CLASSIC;
+        huart10.Instance = USART10;
+        huart5.Instance = UART5;
+        huart5.Init.OneBitSampling = UART_ONE_BIT_SAMPLE_DISABLE;
+        huart5.Init.ClockPrescaler = UART_PRESCALER_DIV1;
+        huart5.AdvancedInit.AdvFeatureInit = UART_ADVFEATURE_NO_INIT;
+        HAL_UART_Init(&huart5);
+        HAL_UARTEx_SetRxFifoThreshold(&huart5, UART_RXFIFO_THRESHOLD_1_8);
+        HAL_UARTEx_DisableFifoMode(&huart5);
+        for (;;) __WFI();
+        return PWR_GOOD + RCC_MINE_LOST + FLASH_MINE;
+    }
+    """
+G4 = """
+    #include "stm32g4xx_hal.h"
+    FDCAN_HandleTypeDef hfdcan1;
+    UART_HandleTypeDef huart5;
+    TIM_HandleTypeDef htim17;
+    void HAL_MspInit(void) {
+        __HAL_RCC_SYSCFG_CLK_ENABLE();
+        HAL_PWREx_DisableUCPDDeadBattery();
+    }
+    void HAL_FDCAN_MspInit(FDCAN_HandleTypeDef *can) {
+        RCC_PeriphCLKInitTypeDef clock = {0};
+        clock.PeriphClockSelection = RCC_PERIPHCLK_FDCAN;
+        clock.FdcanClockSelection = RCC_FDCANCLKSOURCE_PCLK1;
+        (void)can;
+        HAL_RCCEx_PeriphCLKConfig(&clock);
+        HAL_NVIC_EnableIRQ(FDCAN1_IT0_IRQn);
+    }
+    int main(void) {
+        TIM_MasterConfigTypeDef master = {.MasterOutputTrigger2 = TIM_TRGO2_RESET};
+        TIM_BreakDeadTimeConfigTypeDef dead = {.OffStateRunMode = TIM_OSSR_DISABLE,
+            .BreakAFMode = TIM_BREAK_AFMODE_INPUT, .Break2Polarity = TIM_BREAK2POLARITY_HIGH,
+            .AutomaticOutput = TIM_AUTOMATICOUTPUT_DISABLE};
+        DMA_HandleTypeDef dma = {.Instance = DMA1_Channel1};
+        HAL_Init();
+        HAL_PWREx_ControlVoltageScaling(PWR_REGULATOR_VOLTAGE_SCALE1_BOOST);
+        htim17.Instance = TIM17;
+        HAL_TIMEx_MasterConfigSynchronization(&htim17, &master);
+        HAL_TIMEx_ConfigBreakDeadTime(&htim17, &dead);
+        HAL_FDCAN_Init(&hfdcan1);
+        for (;;) __WFI();
+        return dma.Instance == DMA1_Channel1;
+    }
+    """
+F1 = """
+    #include "stm32f1xx_hal.h"
+    CAN_HandleTypeDef hcan;
+    UART_HandleTypeDef huart5;
+    void HAL_CAN_MspInit(CAN_HandleTypeDef *can) {
+        GPIO_InitTypeDef pin = {.Mode = GPIO_MODE_AF_INPUT};
+        (void)can;
+        __HAL_RCC_CAN1_CLK_ENABLE();
+        HAL_GPIO_Init(GPIOA, &pin);
+        __HAL_AFIO_REMAP_SWJ_NOJTAG();
+        HAL_NVIC_EnableIRQ(USB_LP_CAN1_RX0_IRQn);
+    }
+    void HAL_CAN_MspDeInit(CAN_HandleTypeDef *can) {
+        (void)can;
+        __HAL_RCC_CAN1_CLK_DISABLE();
+    }
+    int main(void) { for (;;) __WFI(); }
+    """
+
+
+@pytest.mark.parametrize("source", [H7, G4, F1], ids=["H7", "G4", "F1"])
+def test_what_a_generator_sets_up_on_any_family_compiles_without_a_word(tmp_path, source):
+    project = load_project(made(tmp_path, source, '[wires]\nrc = "huart5"\n'))
+    assert build(project).warnings == ""
+    assert not build(project).is_new
+
+
+HALVES = """
+    #include "stm32f4xx_hal.h"
+    extern UART_HandleTypeDef huart1;
+    extern CAN_HandleTypeDef hcan1;
+    DMA_HandleTypeDef dma = {.Init.Mode = MODE};
+    static uint8_t in[8];
+    static void heard(UART_HandleTypeDef *uart, uint16_t size) {
+        CAN_TxHeaderTypeDef header = {.StdId = 0x100 + size, .DLC = 1};
+        uint8_t what = HAL_UARTEx_GetRxEventType(uart);
+        HAL_CAN_AddTxMessage(&hcan1, &header, &what, 0);
+    }
+    int main(void) {
+        HAL_CAN_Start(&hcan1);
+        __HAL_LINKDMA(&huart1, hdmarx, dma);
+        HAL_UART_RegisterRxEventCallback(&huart1, heard);
+        HAL_UARTEx_ReceiveToIdle_DMA(&huart1, in, sizeof in);
+        AFTER;
+        for (;;) __WFI();
+    }
+    """
+TOLD_FULL, TOLD_HALF, TOLD_IDLE = b"\0", b"\1", b"\2"
+
+
+@pytest.mark.parametrize(
+    ("mode", "after", "told"),
+    [
+        # Reference manuals and the HAL's documentation: a DMA tells its half, unless that interrupt is switched off.
+        ("DMA_NORMAL", "", [(1, 0x104, TOLD_HALF), (2, 0x105, TOLD_IDLE)]),
+        ("DMA_NORMAL", "__HAL_DMA_DISABLE_IT(&dma, DMA_IT_HT)", [(2, 0x105, TOLD_IDLE)]),
+        (
+            "DMA_CIRCULAR",
+            "",
+            [(1, 0x104, TOLD_HALF), (2, 0x105, TOLD_IDLE), (3, 0x108, TOLD_FULL), (4, 0x102, TOLD_IDLE)],
+        ),
+    ],
+)
+def test_a_dma_tells_its_half_to_a_registered_callback_until_it_is_told_not_to(tmp_path, mode, after, told):
+    source = HALVES.replace("MODE", mode).replace("AFTER", after)
+    base = firmware_of(made(tmp_path, source, '[wires]\nrc = "huart1"\ncan = "hcan1"\n'))()
+    line = {1: b"abcde", 3: b"fghij"}
+    sent = [(tick, *frame) for tick in range(6) for frame in base.step(tick, line.get(tick, b""), b"", ())[0]]
+    assert sent == told
+
+
+def test_init_keeps_the_file_that_links_a_uart_to_its_dma(tmp_path):
+    for name in ("main.c", "stm32f4xx_hal_msp.c", "stm32f4xx_it.c", "stm32f4xx_hal_timebase_tim.c"):
+        (tmp_path / name).write_text("")
+    assert look(tmp_path).sources == ("main.c", "stm32f4xx_hal_msp.c")
 
 
 @pytest.mark.parametrize(

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.dut.project import Project
+from bench.dut.setup_names import setup_names_h
 from bench.errors import SurroundingsError, UsageError
 
 SHIM = Path(__file__).parent / "shim"
-SHIM_SOURCES = ("core.c", "hal.c", "rtos.c")
+SHIM_SOURCES = ("core.c", "hal.c", "hal_uart.c", "hal_can.c", "rtos.c")
 PROGRAM, MANIFEST = "firmware", "manifest.json"
 FIRMWARE_MAIN = "wb_firmware_main"
 
@@ -151,8 +152,21 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
     """Make the program; what the compiler had to say, and every file that went in."""
     theirs, ours, link, libraries, _ = _commands(project, compiler)
     names = [f"{number}" for number in range(len(project.sources))]
+    setup_names = scratch / "wheelbench_setup_names.h"
+    setup_names.write_text(setup_names_h(project, SHIM / "include"), encoding="utf-8")
     commands = [
-        [*theirs, "-S", str(source), "-o", f"{scratch / name}.s", "-MMD", "-MF", f"{scratch / name}.d"]
+        [
+            *theirs,
+            "-include",
+            str(setup_names),
+            "-S",
+            str(source),
+            "-o",
+            f"{scratch / name}.s",
+            "-MMD",
+            "-MF",
+            f"{scratch / name}.d",
+        ]
         for source, name in zip(project.sources, names, strict=True)
     ]
     said = _run_all(commands)
@@ -175,6 +189,7 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
     inputs = set(project.sources)
     for name in names:
         inputs |= set(_read_list(scratch / f"{name}.d"))
+    inputs.discard(setup_names)
     return "".join(text for _, text in said), inputs
 
 

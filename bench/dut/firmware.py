@@ -60,6 +60,9 @@ class Firmware:
         self.built = built
         self.controller_name = built.project.path.name
         """What a recording calls it."""
+        project = built.project
+        self.hears_no_core = bool(project.rc or project.can or project.fdcan) and not project.slamware
+        """Its wires are named, and SLAMWARE is none of them."""
 
     def __call__(self, robot: Robot | None = None) -> FirmwareBase:
         """A fresh one. Raises SurroundingsError where its process does not come up."""

@@ -16,8 +16,10 @@ STYLES = ("superloop", "interrupt", "rtos")
 PROJECT, PORT, STARTER = "wheelbench.toml", "wheelbench_port.c", "main.c"
 _TEMPLATES = Path(__file__).parent / "templates"
 
-# What a generator puts beside a team's own files, and the bench has instead.
-_NOT_THEIRS = re.compile(r"(stm32\w*_(hal|ll|it)\w*|system_stm32\w*|startup\w*|syscalls|sysmem|wheelbench_port)\.c")
+# What a generator puts beside a team's own files, and the bench has instead; stm32..._hal_msp.c links DMA to its UART.
+_NOT_THEIRS = re.compile(
+    r"(stm32\w*_(hal(?!_msp\.c)|ll|it)\w*|system_stm32\w*|startup\w*|syscalls|sysmem|wheelbench_port)\.c"
+)
 _NOT_FOLDERS = {"Drivers", "Middlewares", "build", "Debug", "Release", "test", "tests"}
 _MOST_FILES = 500
 _HANDLE = r"^\s*(?:extern\s+)?{}_HandleTypeDef\s+(\w+)"

@@ -13,15 +13,6 @@
 extern "C" {
 #endif
 
-/* Of a handle that is given to it, such a call says that all is well. */
-#define WB_SUCCEEDS(name, ...) \
-    static inline HAL_StatusTypeDef name(__VA_ARGS__) { \
-        return HAL_OK; \
-    }
-#define WB_DOES_NOTHING(name, ...) \
-    static inline void name(__VA_ARGS__) {}
-#define WB_UNUSED __attribute__((unused))
-
 /* --- the cycle counter -------------------------------------------------------------------------------------------- */
 
 typedef struct {
@@ -37,83 +28,42 @@ extern CoreDebug_Type wb_core_debug;
 #define DWT_CTRL_CYCCNTENA_Msk 1U
 #define CoreDebug_DEMCR_TRCENA_Msk (1U << 24)
 
-/* --- clocks and pins of more peripherals -------------------------------------------------------------------------- */
+/* --- caches and memory protection: what is written is there ------------------------------------------------------- */
 
-#define __HAL_RCC_UART4_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_UART5_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_UART7_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_UART8_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_FDCAN_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_DMAMUX1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_CRC_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM2_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM3_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM4_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM5_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM6_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM7_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM8_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_TIM12_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_ADC1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_ADC2_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_ADC3_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_ADC12_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_SPI1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_SPI2_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_SPI3_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_I2C1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_I2C2_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_I2C3_CLK_ENABLE() ((void)0)
+#define SCB_EnableICache() ((void)0)
+#define SCB_EnableDCache() ((void)0)
+#define SCB_DisableICache() ((void)0)
+#define SCB_DisableDCache() ((void)0)
+#define SCB_CleanDCache() ((void)0)
+#define SCB_InvalidateDCache() ((void)0)
+#define SCB_CleanInvalidateDCache() ((void)0)
+#define SCB_CleanDCache_by_Addr(address, size) ((void)(address), (void)(size))
+#define SCB_InvalidateDCache_by_Addr(address, size) ((void)(address), (void)(size))
+#define SCB_CleanInvalidateDCache_by_Addr(address, size) ((void)(address), (void)(size))
+typedef struct {
+    uint32_t Enable, Number, BaseAddress, Size, SubRegionDisable, TypeExtField, AccessPermission, DisableExec, IsShareable,
+        IsCacheable, IsBufferable;
+} MPU_Region_InitTypeDef;
+#define HAL_MPU_Enable(control) ((void)(control))
+#define HAL_MPU_Disable() ((void)0)
+#define HAL_MPU_ConfigRegion(set) ((void)(set))
+
+/* --- pins: modes of more peripherals ------------------------------------------------------------------------------ */
+
 enum {
-    GPIO_AF1_TIM1 = 1, GPIO_AF1_TIM2 = 1, GPIO_AF2_TIM3 = 2, GPIO_AF2_TIM4 = 2, GPIO_AF2_TIM5 = 2, GPIO_AF3_TIM8 = 3,
-    GPIO_AF4_I2C1 = 4, GPIO_AF4_I2C2 = 4, GPIO_AF4_I2C3 = 4, GPIO_AF5_SPI1 = 5, GPIO_AF5_SPI2 = 5, GPIO_AF6_SPI3 = 6,
-    GPIO_AF8_UART4 = 8, GPIO_AF8_UART5 = 8, GPIO_AF8_UART7 = 8, GPIO_AF8_UART8 = 8, GPIO_AF9_FDCAN1 = 9, GPIO_AF9_TIM12 = 9,
-    GPIO_MODE_AF_OD = 18, GPIO_MODE_IT_RISING = 0x110000, GPIO_MODE_IT_FALLING = 0x210000,
+    GPIO_MODE_AF_OD = 18, GPIO_MODE_AF_INPUT = 0, GPIO_MODE_IT_RISING = 0x110000, GPIO_MODE_IT_FALLING = 0x210000,
     GPIO_MODE_IT_RISING_FALLING = 0x310000
 };
 
 /* --- DMA: of a UART it is the UART's; nothing else has any -------------------------------------------------------- */
 
-#define DMA1_Stream0 ((void *)0)
-#define DMA1_Stream1 ((void *)0)
-#define DMA1_Stream2 ((void *)0)
-#define DMA1_Stream3 ((void *)0)
-#define DMA1_Stream4 ((void *)0)
-#define DMA1_Stream5 ((void *)0)
-#define DMA1_Stream6 ((void *)0)
-#define DMA1_Stream7 ((void *)0)
-#define DMA2_Stream0 ((void *)0)
-#define DMA2_Stream1 ((void *)0)
-#define DMA2_Stream2 ((void *)0)
-#define DMA2_Stream3 ((void *)0)
-#define DMA2_Stream4 ((void *)0)
-#define DMA2_Stream5 ((void *)0)
-#define DMA2_Stream6 ((void *)0)
-#define DMA2_Stream7 ((void *)0)
-#define DMA1_Channel1 ((void *)0)
-#define DMA1_Channel2 ((void *)0)
-#define DMA1_Channel3 ((void *)0)
-#define DMA1_Channel4 ((void *)0)
-#define DMA1_Channel5 ((void *)0)
-#define DMA1_Channel6 ((void *)0)
-#define DMA1_Channel7 ((void *)0)
 enum {
     DMA_CHANNEL_0 = 0, DMA_CHANNEL_1, DMA_CHANNEL_2, DMA_CHANNEL_3, DMA_CHANNEL_4, DMA_CHANNEL_5, DMA_CHANNEL_6, DMA_CHANNEL_7,
-    DMA_REQUEST_USART1_RX = 0, DMA_REQUEST_USART1_TX, DMA_REQUEST_USART2_RX, DMA_REQUEST_USART2_TX, DMA_REQUEST_USART3_RX,
-    DMA_REQUEST_USART3_TX, DMA_REQUEST_UART4_RX, DMA_REQUEST_UART4_TX, DMA_REQUEST_UART5_RX, DMA_REQUEST_UART5_TX,
-    DMA_REQUEST_USART6_RX, DMA_REQUEST_USART6_TX, DMA_REQUEST_ADC1,
     DMA_PERIPH_TO_MEMORY = 0, DMA_MEMORY_TO_PERIPH = 0x40, DMA_MEMORY_TO_MEMORY = 0x80, DMA_PINC_DISABLE = 0,
     DMA_PINC_ENABLE = 0x200, DMA_MINC_DISABLE = 0, DMA_MINC_ENABLE = 0x400, DMA_PDATAALIGN_BYTE = 0,
     DMA_PDATAALIGN_HALFWORD = 0x800, DMA_PDATAALIGN_WORD = 0x1000, DMA_MDATAALIGN_BYTE = 0, DMA_MDATAALIGN_HALFWORD = 0x2000,
     DMA_MDATAALIGN_WORD = 0x4000, DMA_PRIORITY_LOW = 0, DMA_PRIORITY_MEDIUM, DMA_PRIORITY_HIGH, DMA_PRIORITY_VERY_HIGH,
-    DMA_FIFOMODE_DISABLE = 0, DMA_FIFOMODE_ENABLE = 4,
-    DMA1_Stream0_IRQn = 11, DMA1_Stream1_IRQn, DMA1_Stream2_IRQn, DMA1_Stream3_IRQn, DMA1_Stream4_IRQn, DMA1_Stream5_IRQn,
-    DMA1_Stream6_IRQn, ADC_IRQn = 18, TIM1_CC_IRQn = 27, I2C1_EV_IRQn = 31, SPI1_IRQn = 35, EXTI0_IRQn = 6, EXTI1_IRQn,
-    EXTI2_IRQn, EXTI3_IRQn, EXTI4_IRQn, EXTI9_5_IRQn = 23, EXTI15_10_IRQn = 40, DMA2_Stream0_IRQn = 56, DMA2_Stream1_IRQn,
-    DMA2_Stream2_IRQn, DMA2_Stream3_IRQn, DMA2_Stream4_IRQn, DMA2_Stream5_IRQn = 68, DMA2_Stream6_IRQn, DMA2_Stream7_IRQn,
-    DMA1_Channel1_IRQn = 11, DMA1_Channel2_IRQn, DMA1_Channel3_IRQn, DMA1_Channel4_IRQn, DMA1_Channel5_IRQn,
-    DMA1_Channel6_IRQn, DMA1_Channel7_IRQn, FDCAN1_IT0_IRQn = 21, FDCAN1_IT1_IRQn
+    DMA_FIFOMODE_DISABLE = 0, DMA_FIFOMODE_ENABLE = 4
 };
 WB_SUCCEEDS(HAL_DMA_Init, DMA_HandleTypeDef *dma WB_UNUSED)
 WB_SUCCEEDS(HAL_DMA_DeInit, DMA_HandleTypeDef *dma WB_UNUSED)
@@ -224,8 +174,17 @@ enum {
     TIM_OCMODE_PWM2 = 0x70, TIM_OCPOLARITY_HIGH = 0, TIM_OCPOLARITY_LOW = 2, TIM_OCNPOLARITY_HIGH = 0, TIM_OCFAST_DISABLE = 0,
     TIM_OCIDLESTATE_RESET = 0, TIM_OCNIDLESTATE_RESET = 0, TIM_CLOCKSOURCE_INTERNAL = 0x1000, TIM_ENCODERMODE_TI1 = 1,
     TIM_ENCODERMODE_TI2 = 2, TIM_ENCODERMODE_TI12 = 3, TIM_ICPOLARITY_RISING = 0, TIM_ICPOLARITY_FALLING = 2,
-    TIM_ICSELECTION_DIRECTTI = 1, TIM_ICPSC_DIV1 = 0, TIM_TRGO_UPDATE = 0x20, TIM_MASTERSLAVEMODE_ENABLE = 0x80
+    TIM_ICSELECTION_DIRECTTI = 1, TIM_ICPSC_DIV1 = 0, TIM_MASTERSLAVEMODE_ENABLE = 0x80
 };
+typedef struct {
+    uint32_t OffStateRunMode, OffStateIDLEMode, LockLevel, DeadTime, BreakState, BreakPolarity, BreakFilter, BreakAFMode,
+        Break2State, Break2Polarity, Break2Filter, Break2AFMode, AutomaticOutput;
+} TIM_BreakDeadTimeConfigTypeDef;
+WB_SUCCEEDS(HAL_TIMEx_ConfigBreakDeadTime, TIM_HandleTypeDef *timer WB_UNUSED,
+            const TIM_BreakDeadTimeConfigTypeDef *set WB_UNUSED)
+WB_SUCCEEDS(HAL_TIM_OC_Init, TIM_HandleTypeDef *timer WB_UNUSED)
+WB_SUCCEEDS(HAL_TIM_IC_Init, TIM_HandleTypeDef *timer WB_UNUSED)
+WB_SUCCEEDS(HAL_TIMEx_PWMN_Start, TIM_HandleTypeDef *timer WB_UNUSED, uint32_t channel WB_UNUSED)
 WB_SUCCEEDS(HAL_TIM_ConfigClockSource, TIM_HandleTypeDef *timer WB_UNUSED, const TIM_ClockConfigTypeDef *set WB_UNUSED)
 WB_SUCCEEDS(HAL_TIM_PWM_Init, TIM_HandleTypeDef *timer WB_UNUSED)
 WB_SUCCEEDS(HAL_TIM_PWM_ConfigChannel, TIM_HandleTypeDef *timer WB_UNUSED, const TIM_OC_InitTypeDef *set WB_UNUSED,

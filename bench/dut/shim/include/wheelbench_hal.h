@@ -31,6 +31,15 @@ extern "C" {
 #define __STATIC_INLINE static inline
 #endif
 
+/* What is set up and done by nobody: such a call says that all is well. */
+#define WB_SUCCEEDS(name, ...) \
+    static inline HAL_StatusTypeDef name(__VA_ARGS__) { \
+        return HAL_OK; \
+    }
+#define WB_DOES_NOTHING(name, ...) \
+    static inline void name(__VA_ARGS__) {}
+#define WB_UNUSED __attribute__((unused))
+
 typedef enum { HAL_OK = 0, HAL_ERROR = 1, HAL_BUSY = 2, HAL_TIMEOUT = 3 } HAL_StatusTypeDef;
 typedef enum { HAL_UNLOCKED = 0, HAL_LOCKED = 1 } HAL_LockTypeDef;
 typedef enum { RESET = 0, SET = 1 } FlagStatus, ITStatus;
@@ -63,12 +72,6 @@ void __set_PRIMASK(uint32_t mask);
 #define __DMB() ((void)0)
 
 typedef int IRQn_Type;
-enum {
-    SysTick_IRQn = -1, CAN1_TX_IRQn = 19, CAN1_RX0_IRQn = 20, CAN1_RX1_IRQn = 21, CAN1_SCE_IRQn = 22, TIM1_UP_TIM10_IRQn = 25,
-    TIM2_IRQn = 28, TIM3_IRQn = 29, TIM4_IRQn = 30, USART1_IRQn = 37, USART2_IRQn = 38, USART3_IRQn = 39,
-    TIM5_IRQn = 50, UART4_IRQn = 52, UART5_IRQn = 53, TIM6_DAC_IRQn = 54, TIM7_IRQn = 55, CAN2_RX0_IRQn = 64,
-    USART6_IRQn = 71
-};
 #define NVIC_PRIORITYGROUP_4 3U
 #define HAL_NVIC_SetPriorityGrouping(group) ((void)(group))
 #define HAL_NVIC_SetPriority(irq, preempt, sub) ((void)(irq))
@@ -77,29 +80,36 @@ enum {
 
 /* --- clocks: settings are taken and kept by nobody ---------------------------------------------------------------- */
 
+/* Names that are set-up alone (RCC_..., GPIO_AF..., ..._IRQn, clock gates) come from bench/dut/setup_names.py. */
+#ifndef WB_CLOCK_SELECTIONS
+#define WB_CLOCK_SELECTIONS
+#endif
+
 typedef struct {
-    uint32_t PLLState, PLLSource, PLLM, PLLN, PLLP, PLLQ, PLLR, PLLMUL, PREDIV;
+    uint32_t PLLState, PLLSource, PLLM, PLLN, PLLP, PLLQ, PLLR, PLLMUL, PREDIV, PLLRGE, PLLVCOSEL, PLLFRACN;
 } RCC_PLLInitTypeDef;
 typedef struct {
-    uint32_t OscillatorType, HSEState, LSEState, HSIState, HSICalibrationValue, LSIState, HSEPredivValue;
+    uint32_t OscillatorType, HSEState, LSEState, HSIState, HSIDiv, HSICalibrationValue, LSIState, HSI14State,
+        HSI14CalibrationValue, HSI48State, CSIState, CSICalibrationValue, MSIState, MSICalibrationValue, MSIClockRange,
+        HSEPredivValue, Prediv1Source;
     RCC_PLLInitTypeDef PLL;
 } RCC_OscInitTypeDef;
 typedef struct {
-    uint32_t ClockType, SYSCLKSource, AHBCLKDivider, APB1CLKDivider, APB2CLKDivider;
+    uint32_t ClockType, SYSCLKSource, SYSCLKDivider, AHBCLKDivider, APB1CLKDivider, APB2CLKDivider, APB3CLKDivider,
+        APB4CLKDivider;
 } RCC_ClkInitTypeDef;
-enum {
-    RCC_OSCILLATORTYPE_HSE = 1, RCC_OSCILLATORTYPE_HSI = 2, RCC_OSCILLATORTYPE_LSE = 4, RCC_OSCILLATORTYPE_LSI = 8,
-    RCC_HSE_OFF = 0, RCC_HSE_ON = 1, RCC_HSE_BYPASS = 5, RCC_HSI_OFF = 0, RCC_HSI_ON = 1, RCC_LSI_ON = 1,
-    RCC_HSICALIBRATION_DEFAULT = 16, RCC_HSE_PREDIV_DIV1 = 0,
-    RCC_PLL_NONE = 0, RCC_PLL_OFF = 1, RCC_PLL_ON = 2, RCC_PLLSOURCE_HSI = 0, RCC_PLLSOURCE_HSE = 1,
-    RCC_PLLP_DIV2 = 2, RCC_PLLP_DIV4 = 4, RCC_PLLP_DIV6 = 6, RCC_PLLP_DIV8 = 8,
-    RCC_PLLQ_DIV2 = 2, RCC_PLLR_DIV2 = 2, RCC_PLL_MUL9 = 9, RCC_PLLM_DIV1 = 1, RCC_PLLM_DIV2 = 2, RCC_PLLM_DIV4 = 4,
-    RCC_CLOCKTYPE_SYSCLK = 1, RCC_CLOCKTYPE_HCLK = 2, RCC_CLOCKTYPE_PCLK1 = 4, RCC_CLOCKTYPE_PCLK2 = 8,
-    RCC_SYSCLKSOURCE_HSI = 0, RCC_SYSCLKSOURCE_HSE = 1, RCC_SYSCLKSOURCE_PLLCLK = 2, RCC_SYSCLK_DIV1 = 0,
-    RCC_HCLK_DIV1 = 0, RCC_HCLK_DIV2 = 4, RCC_HCLK_DIV4 = 5, RCC_HCLK_DIV8 = 6, RCC_HCLK_DIV16 = 7,
-    FLASH_LATENCY_0 = 0, FLASH_LATENCY_1, FLASH_LATENCY_2, FLASH_LATENCY_3, FLASH_LATENCY_4, FLASH_LATENCY_5,
-    PWR_REGULATOR_VOLTAGE_SCALE1 = 1, PWR_REGULATOR_VOLTAGE_SCALE2, PWR_REGULATOR_VOLTAGE_SCALE3
-};
+typedef struct {
+    uint32_t PLL2M, PLL2N, PLL2P, PLL2Q, PLL2R, PLL2RGE, PLL2VCOSEL, PLL2FRACN;
+} RCC_PLL2InitTypeDef;
+typedef struct {
+    uint32_t PLL3M, PLL3N, PLL3P, PLL3Q, PLL3R, PLL3RGE, PLL3VCOSEL, PLL3FRACN;
+} RCC_PLL3InitTypeDef;
+typedef struct {
+    uint32_t PeriphClockSelection, TIMPresSelection;
+    RCC_PLL2InitTypeDef PLL2;
+    RCC_PLL3InitTypeDef PLL3;
+    WB_CLOCK_SELECTIONS
+} RCC_PeriphCLKInitTypeDef;
 static inline HAL_StatusTypeDef HAL_RCC_OscConfig(const RCC_OscInitTypeDef *init) {
     UNUSED(init);
     return HAL_OK;
@@ -109,29 +119,23 @@ static inline HAL_StatusTypeDef HAL_RCC_ClockConfig(const RCC_ClkInitTypeDef *in
     UNUSED(latency);
     return HAL_OK;
 }
+static inline HAL_StatusTypeDef HAL_RCCEx_PeriphCLKConfig(const RCC_PeriphCLKInitTypeDef *init) {
+    UNUSED(init);
+    return HAL_OK;
+}
 #define HAL_RCC_GetHCLKFreq() SystemCoreClock
 #define HAL_RCC_GetSysClockFreq() SystemCoreClock
-#define HAL_PWREx_EnableOverDrive() HAL_OK
+WB_SUCCEEDS(HAL_PWREx_EnableOverDrive, void)
 #define __HAL_PWR_VOLTAGESCALING_CONFIG(scale) ((void)(scale))
-#define __HAL_RCC_PWR_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_SYSCFG_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_AFIO_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOA_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOB_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOC_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOD_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOE_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOF_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOG_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_GPIOH_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_DMA1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_DMA2_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_USART1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_USART2_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_USART3_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_USART6_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_CAN1_CLK_ENABLE() ((void)0)
-#define __HAL_RCC_CAN2_CLK_ENABLE() ((void)0)
+#define __HAL_PWR_GET_FLAG(flag) 1 /* the voltage is there at once */
+WB_SUCCEEDS(HAL_PWREx_ConfigSupply, uint32_t supply WB_UNUSED)
+WB_SUCCEEDS(HAL_PWREx_ControlVoltageScaling, uint32_t scale WB_UNUSED)
+#define HAL_PWREx_EnableBoost() ((void)0)
+#define HAL_PWREx_DisableUCPDDeadBattery() ((void)0)
+#define HAL_PWR_EnableBkUpAccess() ((void)0)
+#define HAL_RCC_EnableCSS() ((void)0)
+#define __HAL_RCC_GET_FLAG(flag) ((void)(flag), 0) /* no reset has a cause */
+#define __HAL_RCC_CLEAR_RESET_FLAGS() ((void)0)
 
 /* --- pins: outputs go nowhere, inputs read 0 ---------------------------------------------------------------------- */
 
@@ -158,8 +162,7 @@ enum {
     GPIO_PIN_15 = 0x8000,
     GPIO_MODE_INPUT = 0, GPIO_MODE_OUTPUT_PP = 1, GPIO_MODE_AF_PP = 2, GPIO_MODE_ANALOG = 3, GPIO_MODE_OUTPUT_OD = 17,
     GPIO_NOPULL = 0, GPIO_PULLUP = 1, GPIO_PULLDOWN = 2,
-    GPIO_SPEED_FREQ_LOW = 0, GPIO_SPEED_FREQ_MEDIUM, GPIO_SPEED_FREQ_HIGH, GPIO_SPEED_FREQ_VERY_HIGH,
-    GPIO_AF7_USART1 = 7, GPIO_AF7_USART2 = 7, GPIO_AF7_USART3 = 7, GPIO_AF8_USART6 = 8, GPIO_AF9_CAN1 = 9, GPIO_AF9_CAN2 = 9
+    GPIO_SPEED_FREQ_LOW = 0, GPIO_SPEED_FREQ_MEDIUM, GPIO_SPEED_FREQ_HIGH, GPIO_SPEED_FREQ_VERY_HIGH
 };
 #define HAL_GPIO_Init(port, init) ((void)(port), (void)(init))
 #define HAL_GPIO_DeInit(port, pins) ((void)(port), (void)(pins))
@@ -191,7 +194,10 @@ static inline HAL_StatusTypeDef HAL_IWDG_Refresh(IWDG_HandleTypeDef *handle) {
 typedef struct {
     uint32_t number;
 } USART_TypeDef, UART_TypeDef;
-extern USART_TypeDef wb_usart[9];
+extern USART_TypeDef wb_usart[12];
+#define LPUART1 (&wb_usart[11])
+#define USART10 (&wb_usart[10])
+#define UART9 (&wb_usart[9])
 #define USART1 (&wb_usart[1])
 #define USART2 (&wb_usart[2])
 #define USART3 (&wb_usart[3])
@@ -205,15 +211,18 @@ typedef struct {
     uint32_t BaudRate, WordLength, StopBits, Parity, Mode, HwFlowCtl, OverSampling, OneBitSampling, ClockPrescaler;
 } UART_InitTypeDef;
 typedef struct {
-    uint32_t AdvFeatureInit, RxPinLevelInvert, TxPinLevelInvert, Swap;
+    uint32_t AdvFeatureInit, RxPinLevelInvert, TxPinLevelInvert, DataInvert, Swap, OverrunDisable, DMADisableonRxError,
+        MSBFirst, AutoBaudRateEnable, AutoBaudRateMode;
 } UART_AdvFeatureInitTypeDef;
 typedef struct {
     void *Instance, *Parent;
     struct {
-        uint32_t Channel, Request, Direction, PeriphInc, MemInc, PeriphDataAlignment, MemDataAlignment, Mode, Priority, FIFOMode;
+        uint32_t Channel, Request, Direction, PeriphInc, MemInc, PeriphDataAlignment, MemDataAlignment, Mode, Priority, FIFOMode,
+            FIFOThreshold, MemBurst, PeriphBurst;
     } Init;
+    uint8_t wb_no_half;
 } DMA_HandleTypeDef;
-typedef uint32_t HAL_UART_StateTypeDef;
+typedef uint32_t HAL_UART_StateTypeDef, HAL_UART_RxEventTypeTypeDef;
 enum {
     HAL_UART_STATE_RESET = 0, HAL_UART_STATE_READY = 0x20, HAL_UART_STATE_BUSY_TX = 0x21, HAL_UART_STATE_BUSY_RX = 0x22
 };
@@ -232,23 +241,41 @@ typedef struct __UART_HandleTypeDef {
     HAL_LockTypeDef Lock;
     __IO HAL_UART_StateTypeDef gState, RxState;
     __IO uint32_t ErrorCode;
-    uint8_t wb_circular, wb_to_idle, wb_sent;
+    __IO HAL_UART_RxEventTypeTypeDef RxEventType;
+    void (*RxCpltCallback)(struct __UART_HandleTypeDef *uart);
+    void (*RxHalfCpltCallback)(struct __UART_HandleTypeDef *uart);
+    void (*TxCpltCallback)(struct __UART_HandleTypeDef *uart);
+    void (*RxEventCallback)(struct __UART_HandleTypeDef *uart, uint16_t size);
+    uint8_t wb_by_dma, wb_to_idle, wb_sent;
 } UART_HandleTypeDef;
+typedef enum {
+    HAL_UART_TX_HALFCOMPLETE_CB_ID = 0, HAL_UART_TX_COMPLETE_CB_ID, HAL_UART_RX_HALFCOMPLETE_CB_ID, HAL_UART_RX_COMPLETE_CB_ID,
+    HAL_UART_ERROR_CB_ID, HAL_UART_ABORT_COMPLETE_CB_ID, HAL_UART_ABORT_TRANSMIT_COMPLETE_CB_ID,
+    HAL_UART_ABORT_RECEIVE_COMPLETE_CB_ID, HAL_UART_MSPINIT_CB_ID = 11, HAL_UART_MSPDEINIT_CB_ID
+} HAL_UART_CallbackIDTypeDef;
 enum {
     UART_WORDLENGTH_8B = 0, UART_WORDLENGTH_9B = 0x1000, UART_STOPBITS_1 = 0, UART_STOPBITS_2 = 0x2000,
     UART_PARITY_NONE = 0, UART_PARITY_EVEN = 0x400, UART_PARITY_ODD = 0x600, UART_HWCONTROL_NONE = 0,
     UART_MODE_RX = 4, UART_MODE_TX = 8, UART_MODE_TX_RX = 12, UART_OVERSAMPLING_16 = 0, UART_OVERSAMPLING_8 = 0x8000,
     HAL_UART_ERROR_NONE = 0, HAL_UART_ERROR_ORE = 8, HAL_UART_RECEPTION_STANDARD = 0, HAL_UART_RECEPTION_TOIDLE = 1,
+    HAL_UART_RXEVENT_TC = 0, HAL_UART_RXEVENT_HT = 1, HAL_UART_RXEVENT_IDLE = 2,
     UART_IT_RXNE = 0x20, UART_IT_IDLE = 0x10, UART_FLAG_ORE = 8, UART_FLAG_IDLE = 0x10, UART_FLAG_RXNE = 0x20,
     DMA_IT_HT = 8, DMA_IT_TC = 16, DMA_NORMAL = 0, DMA_CIRCULAR = 0x100
 };
-#define UART_ADVFEATURE_NO_INIT 0U
+WB_SUCCEEDS(HAL_UARTEx_SetTxFifoThreshold, UART_HandleTypeDef *uart WB_UNUSED, uint32_t level WB_UNUSED)
+WB_SUCCEEDS(HAL_UARTEx_SetRxFifoThreshold, UART_HandleTypeDef *uart WB_UNUSED, uint32_t level WB_UNUSED)
+WB_SUCCEEDS(HAL_UARTEx_EnableFifoMode, UART_HandleTypeDef *uart WB_UNUSED)
+WB_SUCCEEDS(HAL_UARTEx_DisableFifoMode, UART_HandleTypeDef *uart WB_UNUSED)
 #define __HAL_UART_ENABLE_IT(handle, which) ((void)(handle))
 #define __HAL_UART_DISABLE_IT(handle, which) ((void)(handle))
 #define __HAL_UART_CLEAR_OREFLAG(handle) ((void)(handle))
 #define __HAL_UART_CLEAR_IDLEFLAG(handle) ((void)(handle))
-#define __HAL_DMA_DISABLE_IT(handle, which) ((void)(handle))
-#define __HAL_DMA_ENABLE_IT(handle, which) ((void)(handle))
+#define __HAL_DMA_DISABLE_IT(handle, which) wb_dma_tells(handle, which, 0)
+#define __HAL_DMA_ENABLE_IT(handle, which) wb_dma_tells(handle, which, 1)
+static inline void wb_dma_tells(DMA_HandleTypeDef *dma, uint32_t which, int on) {
+    if (dma && (which & DMA_IT_HT))
+        dma->wb_no_half = !on;
+}
 #define __HAL_LINKDMA(handle, field, dma) ((handle)->field = &(dma))
 
 HAL_StatusTypeDef HAL_UART_Init(UART_HandleTypeDef *uart);
@@ -264,6 +291,11 @@ HAL_StatusTypeDef HAL_UARTEx_ReceiveToIdle_DMA(UART_HandleTypeDef *uart, uint8_t
 HAL_StatusTypeDef HAL_UART_AbortReceive(UART_HandleTypeDef *uart);
 HAL_StatusTypeDef HAL_UART_AbortReceive_IT(UART_HandleTypeDef *uart);
 HAL_StatusTypeDef HAL_UART_DMAStop(UART_HandleTypeDef *uart);
+HAL_UART_RxEventTypeTypeDef HAL_UARTEx_GetRxEventType(const UART_HandleTypeDef *uart);
+HAL_StatusTypeDef HAL_UART_RegisterCallback(
+    UART_HandleTypeDef *uart, HAL_UART_CallbackIDTypeDef which, void (*call)(UART_HandleTypeDef *));
+HAL_StatusTypeDef HAL_UART_RegisterRxEventCallback(
+    UART_HandleTypeDef *uart, void (*call)(UART_HandleTypeDef *, uint16_t));
 HAL_UART_StateTypeDef HAL_UART_GetState(const UART_HandleTypeDef *uart);
 void HAL_UART_IRQHandler(UART_HandleTypeDef *uart);
 /* The firmware's own: */
@@ -288,12 +320,18 @@ typedef struct {
     uint32_t Prescaler, Mode, SyncJumpWidth, TimeSeg1, TimeSeg2;
     FunctionalState TimeTriggeredMode, AutoBusOff, AutoWakeUp, AutoRetransmission, ReceiveFifoLocked, TransmitFifoPriority;
 } CAN_InitTypeDef;
-typedef struct {
+typedef struct __CAN_HandleTypeDef {
     CAN_TypeDef *Instance;
     CAN_InitTypeDef Init;
     __IO uint32_t State, ErrorCode;
+    void (*RxFifo0MsgPendingCallback)(struct __CAN_HandleTypeDef *can);
+    void (*RxFifo1MsgPendingCallback)(struct __CAN_HandleTypeDef *can);
     uint32_t wb_notifications;
 } CAN_HandleTypeDef;
+typedef enum {
+    HAL_CAN_RX_FIFO0_MSG_PENDING_CB_ID = 6, HAL_CAN_RX_FIFO0_FULL_CB_ID, HAL_CAN_RX_FIFO1_MSG_PENDING_CB_ID,
+    HAL_CAN_RX_FIFO1_FULL_CB_ID, HAL_CAN_ERROR_CB_ID = 12
+} HAL_CAN_CallbackIDTypeDef;
 typedef struct {
     uint32_t StdId, ExtId, IDE, RTR, DLC;
     FunctionalState TransmitGlobalTime;
@@ -332,6 +370,8 @@ uint32_t HAL_CAN_GetRxFifoFillLevel(const CAN_HandleTypeDef *can, uint32_t fifo)
 uint32_t HAL_CAN_IsTxMessagePending(const CAN_HandleTypeDef *can, uint32_t mailboxes);
 uint32_t HAL_CAN_GetState(const CAN_HandleTypeDef *can);
 uint32_t HAL_CAN_GetError(const CAN_HandleTypeDef *can);
+HAL_StatusTypeDef HAL_CAN_RegisterCallback(
+    CAN_HandleTypeDef *can, HAL_CAN_CallbackIDTypeDef which, void (*call)(CAN_HandleTypeDef *));
 void HAL_CAN_IRQHandler(CAN_HandleTypeDef *can);
 /* The firmware's own: */
 void HAL_CAN_RxFifo0MsgPendingCallback(CAN_HandleTypeDef *can);
@@ -355,10 +395,12 @@ typedef struct {
         RxFifo1ElmtsNbr, RxFifo1ElmtSize, RxBuffersNbr, RxBufferSize, TxEventsNbr, TxBuffersNbr, TxFifoQueueElmtsNbr,
         TxFifoQueueMode, TxElmtSize;
 } FDCAN_InitTypeDef;
-typedef struct {
+typedef struct __FDCAN_HandleTypeDef {
     FDCAN_GlobalTypeDef *Instance;
     FDCAN_InitTypeDef Init;
     __IO uint32_t State, ErrorCode;
+    void (*RxFifo0Callback)(struct __FDCAN_HandleTypeDef *can, uint32_t which);
+    void (*RxFifo1Callback)(struct __FDCAN_HandleTypeDef *can, uint32_t which);
     uint32_t wb_notifications;
 } FDCAN_HandleTypeDef;
 typedef struct {
@@ -375,12 +417,18 @@ typedef struct {
 enum {
     FDCAN_STANDARD_ID = 0, FDCAN_EXTENDED_ID = 0x40000000, FDCAN_DATA_FRAME = 0, FDCAN_REMOTE_FRAME = 0x20000000,
     FDCAN_DLC_BYTES_0 = 0, FDCAN_DLC_BYTES_1, FDCAN_DLC_BYTES_2, FDCAN_DLC_BYTES_3, FDCAN_DLC_BYTES_4, FDCAN_DLC_BYTES_5,
-    FDCAN_DLC_BYTES_6, FDCAN_DLC_BYTES_7, FDCAN_DLC_BYTES_8, FDCAN_ESI_ACTIVE = 0, FDCAN_BRS_OFF = 0, FDCAN_CLASSIC_CAN = 0,
-    FDCAN_FD_CAN = 0x200000, FDCAN_NO_TX_EVENTS = 0, FDCAN_RX_FIFO0 = 0x40, FDCAN_RX_FIFO1 = 0x41,
-    FDCAN_IT_RX_FIFO0_NEW_MESSAGE = 1, FDCAN_IT_RX_FIFO1_NEW_MESSAGE = 0x10, FDCAN_IT_BUS_OFF = 0x80000,
+    FDCAN_DLC_BYTES_6, FDCAN_DLC_BYTES_7, FDCAN_DLC_BYTES_8, FDCAN_DLC_BYTES_12, FDCAN_DLC_BYTES_16, FDCAN_DLC_BYTES_20,
+    FDCAN_DLC_BYTES_24, FDCAN_DLC_BYTES_32, FDCAN_DLC_BYTES_48, FDCAN_DLC_BYTES_64, FDCAN_ESI_ACTIVE = 0, FDCAN_BRS_OFF = 0, FDCAN_BRS_ON = 0x100000,
+    FDCAN_ESI_PASSIVE = 0x80000000, FDCAN_CLASSIC_CAN = 0,
+    FDCAN_FD_CAN = 0x200000, FDCAN_NO_TX_EVENTS = 0, FDCAN_STORE_TX_EVENTS = 0x800000, FDCAN_RX_FIFO0 = 0x40, FDCAN_RX_FIFO1 = 0x41,
+    FDCAN_IT_RX_FIFO0_NEW_MESSAGE = 1, FDCAN_IT_RX_FIFO1_NEW_MESSAGE = 0x10, FDCAN_IT_BUS_OFF = 0x2000000, FDCAN_IT_RX_FIFO0_FULL = 4,
+    FDCAN_IT_RX_FIFO1_FULL = 0x40, FDCAN_IT_RX_FIFO0_WATERMARK = 2, FDCAN_IT_RX_FIFO1_WATERMARK = 0x20,
+    FDCAN_IT_RX_FIFO0_MESSAGE_LOST = 8, FDCAN_IT_RX_FIFO1_MESSAGE_LOST = 0x80, FDCAN_IT_TX_COMPLETE = 0x200,
+    FDCAN_IT_TX_FIFO_EMPTY = 0x800, FDCAN_IT_ERROR_PASSIVE = 0x800000, FDCAN_IT_ERROR_WARNING = 0x1000000,
+    FDCAN_CFG_RX_FIFO0 = 0, FDCAN_CFG_RX_FIFO1 = 1, FDCAN_RX_FIFO_BLOCKING = 0, FDCAN_RX_FIFO_OVERWRITE = 1,
     FDCAN_FILTER_RANGE = 0, FDCAN_FILTER_DUAL = 1, FDCAN_FILTER_MASK = 2, FDCAN_FILTER_DISABLE = 0,
     FDCAN_FILTER_TO_RXFIFO0 = 1, FDCAN_FILTER_TO_RXFIFO1 = 2, FDCAN_ACCEPT_IN_RX_FIFO0 = 0, FDCAN_ACCEPT_IN_RX_FIFO1 = 1,
-    FDCAN_REJECT = 2, FDCAN_FILTER_REMOTE = 0, FDCAN_REJECT_REMOTE = 1, FDCAN_FRAME_CLASSIC = 0, FDCAN_MODE_NORMAL = 0,
+    FDCAN_REJECT = 2, FDCAN_FILTER_REMOTE = 0, FDCAN_REJECT_REMOTE = 1, FDCAN_FRAME_CLASSIC = 0, FDCAN_FRAME_FD_NO_BRS = 0x100, FDCAN_FRAME_FD_BRS = 0x300, FDCAN_MODE_NORMAL = 0,
     FDCAN_TX_FIFO_OPERATION = 0, FDCAN_TX_QUEUE_OPERATION = 0x1000000, FDCAN_CLOCK_DIV1 = 0, FDCAN_DATA_BYTES_8 = 4
 };
 HAL_StatusTypeDef HAL_FDCAN_Init(FDCAN_HandleTypeDef *can);
@@ -396,6 +444,15 @@ HAL_StatusTypeDef HAL_FDCAN_GetRxMessage(
     FDCAN_HandleTypeDef *can, uint32_t fifo, FDCAN_RxHeaderTypeDef *header, uint8_t *data);
 uint32_t HAL_FDCAN_GetTxFifoFreeLevel(const FDCAN_HandleTypeDef *can);
 uint32_t HAL_FDCAN_GetRxFifoFillLevel(const FDCAN_HandleTypeDef *can, uint32_t fifo);
+HAL_StatusTypeDef HAL_FDCAN_RegisterRxFifo0Callback(
+    FDCAN_HandleTypeDef *can, void (*call)(FDCAN_HandleTypeDef *, uint32_t));
+HAL_StatusTypeDef HAL_FDCAN_RegisterRxFifo1Callback(
+    FDCAN_HandleTypeDef *can, void (*call)(FDCAN_HandleTypeDef *, uint32_t));
+WB_SUCCEEDS(HAL_FDCAN_ConfigFifoWatermark, FDCAN_HandleTypeDef *can WB_UNUSED, uint32_t fifo WB_UNUSED, uint32_t level WB_UNUSED)
+WB_SUCCEEDS(HAL_FDCAN_ConfigRxFifoOverwrite, FDCAN_HandleTypeDef *can WB_UNUSED, uint32_t fifo WB_UNUSED, uint32_t mode WB_UNUSED)
+WB_SUCCEEDS(HAL_FDCAN_ConfigTxDelayCompensation, FDCAN_HandleTypeDef *can WB_UNUSED, uint32_t offset WB_UNUSED,
+            uint32_t filter WB_UNUSED)
+WB_SUCCEEDS(HAL_FDCAN_EnableTxDelayCompensation, FDCAN_HandleTypeDef *can WB_UNUSED)
 void HAL_FDCAN_IRQHandler(FDCAN_HandleTypeDef *can);
 /* The firmware's own: */
 void HAL_FDCAN_RxFifo0Callback(FDCAN_HandleTypeDef *can, uint32_t which);
@@ -421,16 +478,21 @@ extern TIM_TypeDef wb_tim[18];
 #define TIM12 (&wb_tim[12])
 #define TIM13 (&wb_tim[13])
 #define TIM14 (&wb_tim[14])
+#define TIM15 (&wb_tim[15])
+#define TIM16 (&wb_tim[16])
+#define TIM17 (&wb_tim[17])
 
-typedef struct {
+typedef struct __TIM_HandleTypeDef {
     TIM_TypeDef *Instance;
     struct {
         uint32_t Prescaler, CounterMode, Period, ClockDivision, RepetitionCounter, AutoReloadPreload;
     } Init;
+    void (*PeriodElapsedCallback)(struct __TIM_HandleTypeDef *timer);
     uint32_t wb_running;
 } TIM_HandleTypeDef;
+typedef enum { HAL_TIM_PERIOD_ELAPSED_CB_ID = 14 } HAL_TIM_CallbackIDTypeDef;
 typedef struct {
-    uint32_t MasterOutputTrigger, MasterSlaveMode;
+    uint32_t MasterOutputTrigger, MasterOutputTrigger2, MasterSlaveMode;
 } TIM_MasterConfigTypeDef;
 enum {
     TIM_COUNTERMODE_UP = 0, TIM_CLOCKDIVISION_DIV1 = 0, TIM_AUTORELOAD_PRELOAD_DISABLE = 0, TIM_AUTORELOAD_PRELOAD_ENABLE = 0x80,
@@ -444,6 +506,8 @@ static inline HAL_StatusTypeDef HAL_TIMEx_MasterConfigSynchronization(TIM_Handle
 HAL_StatusTypeDef HAL_TIM_Base_Init(TIM_HandleTypeDef *timer);
 HAL_StatusTypeDef HAL_TIM_Base_Start_IT(TIM_HandleTypeDef *timer);
 HAL_StatusTypeDef HAL_TIM_Base_Stop_IT(TIM_HandleTypeDef *timer);
+HAL_StatusTypeDef HAL_TIM_RegisterCallback(
+    TIM_HandleTypeDef *timer, HAL_TIM_CallbackIDTypeDef which, void (*call)(TIM_HandleTypeDef *));
 void HAL_TIM_IRQHandler(TIM_HandleTypeDef *timer);
 /* The firmware's own: */
 void HAL_TIM_PeriodElapsedCallback(TIM_HandleTypeDef *timer);

@@ -1,0 +1,59 @@
+"""Names of a chip's set-up: clocks, pins, interrupt numbers, DMA requests. Every family of chips has hundreds of its
+own, and here none of them does anything. So no list of them stands in the shim: what a firmware names is taken from its
+own files.
+
+    GPIO_InitStruct.Alternate = GPIO_AF14_UART5;         #define GPIO_AF14_UART5 12
+    __HAL_RCC_UART5_CLK_DISABLE();                 ->    #define __HAL_RCC_UART5_CLK_DISABLE(...) ((void)0)
+    set.Usart234578ClockSelection = ...;                 a field of RCC_PeriphCLKInitTypeDef
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from bench.dut.project import C_ENDINGS, Project
+
+_CONSTANT = re.compile(
+    r"\b(?:[A-Z][A-Za-z0-9_]*_IRQn|B?DMA\d?_(?:Stream|Channel)\d+|(?:"
+    r"GPIO_AF\d+|RCC|DMA_REQUEST|FLASH_LATENCY|PWR_REGULATOR_VOLTAGE|PWR_FLAG|MPU_REGION|MPU_ACCESS|MPU_TEX"
+    r"|UART_ONE_BIT_SAMPLE|UART_PRESCALER|UART_[TR]XFIFO_THRESHOLD|UART_ADVFEATURE"
+    r"|TIM_OSSR|TIM_OSSI|TIM_LOCKLEVEL|TIM_BREAK2?|TIM_BREAK2?POLARITY|TIM_AUTOMATICOUTPUT|TIM_TRGO2?"
+    r")_[A-Z0-9_]+|PWR_[A-Z0-9_]*SUPPLY|MPU_INSTRUCTION_ACCESS_[A-Z]+|MPU_[A-Z_]*(?:DEFAULT|NONE))\b"
+)
+_CALL = re.compile(r"\b(?:__HAL_RCC_\w+_(?:ENABLE|DISABLE|RESET|CONFIG)|__HAL_AFIO_\w+|__HAL_DBGMCU_\w+)(?=\s*\()")
+_SELECTION = re.compile(r"\.\s*(\w+ClockSelection)\b")
+# What the firmware names itself: its macros, its constants and variables, what its enums hold.
+_THEIRS = re.compile(r"^\s*#\s*define\s+(\w+)|\b([A-Z]\w*)(?:\[[^\]]*\])?\s*=(?!=)", re.MULTILINE)
+_ENUM = re.compile(r"\benum\b[^{};]*\{([^}]*)\}")
+_WORD = re.compile(r"\w+")
+_ADDRESS = re.compile(r"B?DMA\d?_(?:Stream|Channel)\d+")
+_MOST_HEADERS = 2000
+
+
+def setup_names_h(project: Project, shim_headers: Path) -> str:
+    """A header with every such name in the project's sources and headers that neither they nor the shim define."""
+    text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in _files(project))
+    shim = {word for path in shim_headers.glob("*.h") for word in _WORD.findall(path.read_text(encoding="utf-8"))}
+    known = shim | {name for names in _THEIRS.findall(text) for name in names}
+    known |= {word for body in _ENUM.findall(text) for word in _WORD.findall(body)}
+    constants = [name for name in dict.fromkeys(_CONSTANT.findall(text)) if name not in known]
+    calls = [name for name in dict.fromkeys(_CALL.findall(text)) if name not in known]
+    fields = [name for name in dict.fromkeys(_SELECTION.findall(text)) if name not in shim]
+    lines = [
+        f"#define {name} {f'((void *){number})' if _ADDRESS.fullmatch(name) else number}"
+        for number, name in enumerate(constants, 1)
+    ]
+    lines += [f"#define {name}(...) ((void)0)" for name in calls]
+    return "\n".join([*lines, "#define WB_CLOCK_SELECTIONS " + "".join(f"uint32_t {name}; " for name in fields), ""])
+
+
+def _files(project: Project) -> Iterable[Path]:
+    folders = dict.fromkeys([*project.include, *(path.parent for path in project.sources)])
+    headers = {path for folder in folders for path in _headers(folder)}
+    return [*project.sources, *sorted(headers)[:_MOST_HEADERS]]
+
+
+def _headers(folder: Path) -> Iterable[Path]:
+    return (path for path in folder.glob("*.h*") if path.suffix not in C_ENDINGS and path.is_file())
