@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 from bench.config import Wheel
@@ -148,6 +149,22 @@ def speed_rows(wheels: Sequence[Wheel]) -> tuple[Row, ...]:
     """H, for any number of wheels: what 1 m/s forward, 1 m/s left and 1 rad/s make of each, in rad/s."""
     radii = [wheel.radius_m * math.cos(wheel.roller_rad) for wheel in wheels]
     return tuple((ax / r, ay / r, moment / r) for (ax, ay, moment), r in zip(axis_rows(wheels), radii, strict=True))
+
+
+def condition(wheels: Sequence[Wheel]) -> float:
+    """Largest over smallest singular value: 1.41 for three wheels 120 degrees apart, infinite for a singular layout."""
+    largest, _, smallest = singular_values(axis_rows(wheels), _length_scale(wheels))
+    return largest / smallest if smallest > 1e-9 * largest else math.inf
+
+
+def if_rollers_leaned_the_other_way(wheels: Sequence[Wheel]) -> float | None:
+    """The condition with every roller's angle negated, where that is far better; None where it is not.
+
+    Mecanum wheels are told apart by the roller that is seen, on top, and driven by the one on the ground, which leans
+    the other way. Taken for each other they leave a base that hardly turns, or on a square not at all.
+    """
+    mirrored = condition([replace(wheel, roller_rad=-wheel.roller_rad) for wheel in wheels])
+    return mirrored if 2.0 * mirrored < condition(wheels) else None
 
 
 def singular_values(rows: Sequence[Row], length_scale_m: float) -> list[float]:

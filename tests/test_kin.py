@@ -1,6 +1,7 @@
 """`wheelbench kin` and `robots`: what they print is what the reference has, worked by hand outside the code."""
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -160,6 +161,35 @@ def test_eight_wheels_fit_on_a_screen(kin, tmp_path):
     text = kin(tmp_path / "ring.toml")
     assert max(map(len, text.splitlines())) <= 80
     assert re.search(r"^ +n1 +n2 +n3 +n4 +n5$", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("half_width_m", "condition"), [(0.1, 7.8102), (0.08, 3.6056)])
+def test_rollers_taken_from_above_are_told(tmp_path, capsys, half_width_m, condition):
+    """By hand: an X in place of the diamond turns with lx - ly where the diamond has lx + ly, over hypot(lx, ly)."""
+    text = (ROOT / "bench/robots/mecanum.toml").read_text()
+    text = (
+        text.replace("roller_deg = ", "roller_deg = -").replace("--", "").replace("y_m = 0.1", f"y_m = {half_width_m}")
+    )
+    text = text.replace("y_m = -0.1", f"y_m = -{half_width_m}")
+    (tmp_path / "seen.toml").write_text(text)
+    assert main(["kin", str(tmp_path / "seen.toml"), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["condition"] == pytest.approx(math.hypot(0.12, half_width_m) / (0.12 - half_width_m), rel=1e-9)
+    assert said["condition"] == pytest.approx(condition, abs=5e-5)
+    right = (0.12 + half_width_m) / math.hypot(0.12, half_width_m)
+    assert said["condition_with_rollers_negated"] == pytest.approx(max(right, 1 / right), rel=1e-9)
+    assert main(["kin", str(tmp_path / "seen.toml")]) == 0
+    out = capsys.readouterr().out
+    assert "with every roller_deg negated: it is that of\n" in out
+    assert max(map(len, out.splitlines())) <= 80
+    square = text.replace(f"y_m = {half_width_m}", "y_m = 0.12").replace(f"y_m = -{half_width_m}", "y_m = -0.12")
+    (tmp_path / "square.toml").write_text(square)
+    assert main(["kin", str(tmp_path / "square.toml")]) == 2
+    assert "(singular layout); with every roller_deg negated they could" in capsys.readouterr().err
+
+
+def test_robots_whose_rollers_are_right_are_told_nothing(kin):
+    assert not [name for name in robot_names() if "condition_with_rollers_negated" in facts(kin, name)]
 
 
 def test_robots_say_what_they_are(capsys):

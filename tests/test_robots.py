@@ -324,6 +324,11 @@ def test_eight_driven_wheels_take_two_command_frames_and_drive(my_robot):
         (EXAMPLE.replace("can_id = 8", "can_id = 4"), "wheel.can_id: 4 is given to more than one wheel"),
         (EXAMPLE.replace("wheel_radps = 40", "wheel_radps = 90"), "90 rad/s turn the rotor of 'nose' at 30940 rpm"),
         (EXAMPLE.replace("roller_deg = 30", "roller_deg = 90"), r"wheel\[1\].roller_deg: a roller axis across"),
+        (
+            EXAMPLE.replace("radius_m = 0.06", "radius_m = 60"),
+            "'left rear' has a radius of 60 m under a body of 0.2 m; is",
+        ),
+        (EXAMPLE.replace("y_m = -0.15", "y_m = -150"), "'right' stands 150 m from the centre of a body of 0.2 m; is"),
         (EXAMPLE.replace("roller_deg", "roler_deg"), r"wheel\[1\].roler_deg: unknown key; did you mean roller_deg"),
     ],
 )

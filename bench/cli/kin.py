@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     import json
 
     from bench.config import load_robot
-    from bench.kinematics import Kinematics
+    from bench.kinematics import Kinematics, if_rollers_leaned_the_other_way
 
     robot = load_robot(args.robot)
     kinematics = Kinematics(robot.wheels)
@@ -48,7 +48,10 @@ def run(args: argparse.Namespace) -> int:
         lines = [*_twist_line(twist), *_table(names, {"rad/s": wheels, "of it slip": slip})]
     else:
         facts = {"name": robot.name, "wheel_names": names, **_matrices(kinematics), **_dead_wheels(robot)}
-        lines = _matrix_lines(kinematics, names) + _dead_wheel_lines(robot)
+        mirrored = if_rollers_leaned_the_other_way(robot.wheels)
+        if mirrored is not None:
+            facts["condition_with_rollers_negated"] = mirrored
+        lines = _matrix_lines(kinematics, names, mirrored) + _dead_wheel_lines(robot)
     print(json.dumps(facts) if args.json else "\n".join(lines))
     return 0
 
@@ -77,7 +80,7 @@ def _dead_wheels(robot: Robot) -> dict[str, object]:
     return facts
 
 
-def _matrix_lines(kinematics: Kinematics, names: Sequence[str]) -> list[str]:
+def _matrix_lines(kinematics: Kinematics, names: Sequence[str], mirrored: float | None) -> list[str]:
     values = _singular_values(kinematics)
     lines = ["H: rad/s of a wheel for 1 m/s forward, 1 m/s left, 1 rad/s counter-clockwise", ""]
     lines += _table(names, dict(zip(TWIST, zip(*kinematics.inverse_rows, strict=True), strict=True)))
@@ -85,7 +88,13 @@ def _matrix_lines(kinematics: Kinematics, names: Sequence[str]) -> list[str]:
     lines += _table(names, dict(zip(TWIST, kinematics.forward_rows, strict=True)))
     lines += ["", f"singular values   {'  '.join(f'{value:.4f}' for value in values)}"]
     lines += [f"                  of the rows in m/s, yaw at {kinematics.length_m:.4g} m, the farthest wheel's"]
-    lines += [f"condition         {values[0] / values[2]:.4f}", ""]
+    lines += [f"condition         {values[0] / values[2]:.4f}"]
+    if mirrored is not None:
+        lines += [
+            f"                  {mirrored:.4f} with every roller_deg negated: it is that of",
+            "                  the roller on the ground; the one on top leans the other way",
+        ]
+    lines += [""]
     vectors = kinematics.slip_vectors()
     if not vectors:
         return [*lines, "Any three wheel speeds are a motion: slip cannot be seen."]

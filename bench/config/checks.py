@@ -26,6 +26,9 @@ MOST_ROTOR_RPM = 30_000
 MOST_BINARY_CONFIGURATION_BYTES = 1019
 """In a long frame that a core's buffer of 1024 bytes takes."""
 
+MOST_BODIES = 10
+"""Radii of its body that a wheel may be large, or away: beyond it somebody has written millimetres or inches."""
+
 _MAY_BE_ZERO = {"rolling", "coulomb_nm", "load_friction", "current_lag_ms", "speed_filter_ms", "ki_a_per_rad"}
 _MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
 
@@ -53,7 +56,7 @@ def check_robot(path: Path, robot: Robot) -> None:
     """Raise ConfigError where this robot cannot be built, stand, move or be driven."""
     # Imported here: kinematics builds on this package, and only a whole robot can be singular.
     from bench.ground.loads import load_rows
-    from bench.kinematics import Kinematics
+    from bench.kinematics import Kinematics, if_rollers_leaned_the_other_way
     from bench.slamware.payloads import Identity, identity_answer
 
     def fail(key: str, what: str) -> ConfigError:
@@ -82,6 +85,14 @@ def check_robot(path: Path, robot: Robot) -> None:
                 "limits.wheel_radps",
                 f"{what}; over {MOST_ROTOR_RPM} its angle, told once a millisecond, does not say which way it turned",
             )
+    most_m = MOST_BODIES * robot.body.radius_m
+    for wheel in (*robot.wheels, *robot.dead_wheels):
+        away_m = math.hypot(wheel.x_m, wheel.y_m)
+        for what, length_m in ((f"has a radius of {wheel.radius_m:g} m under", wheel.radius_m),
+                               (f"stands {away_m:g} m from the centre of", away_m)):  # fmt: skip
+            if length_m > most_m:
+                what = f"{wheel.name!r} {what} a body of {robot.body.radius_m:g} m"
+                raise fail("wheel", f"{what}; is that in metres?")
     for key in ("can_id", "name"):
         seen = [getattr(wheel, key) for wheel in robot.wheels]
         twice = [value for value in seen if seen.count(value) > 1]
@@ -108,6 +119,11 @@ def check_robot(path: Path, robot: Robot) -> None:
         raise fail("link.hold_ms", f"{robot.link.hold_ms} ms must be less than link.disarm_ms")
     try:
         Kinematics(robot.wheels)
+    except ValueError as error:
+        mirrored = if_rollers_leaned_the_other_way(robot.wheels)
+        hint = "; with every roller_deg negated they could: it is that of the roller on the ground"
+        raise fail("wheel", f"{error}{'' if mirrored is None else hint}") from None
+    try:
         load_rows(robot.wheels, robot.body.mass_kg, robot.body.cog_height_m)
     except ValueError as error:
         raise fail("wheel", str(error)) from None
