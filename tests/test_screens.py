@@ -1,4 +1,4 @@
-"""Whole screens as text, at three sizes, against fixtures/pinned/screens: what a person sees, to the cell.
+"""Whole screens as text, at three sizes and a few at three small ones, against fixtures/pinned/screens: what a person sees, to the cell.
 
 After a deliberate change: `pytest tests/test_screens.py --update-pinned`, then look at the difference.
 """
@@ -15,6 +15,8 @@ from bench.screen.view import picture
 
 FOLDER = Path(__file__).parents[1] / "fixtures" / "pinned" / "screens"
 SIZES = ((80, 24), (120, 40), (200, 60))
+SMALL_SIZES = ((60, 16), (40, 12), (20, 5))
+SMALL = ("driving", "link-lost", "replay", "wires", "list")
 
 VERDICT = "differs: 0x200 current 1 -599 not -600 mA at 1.234 s"
 SUMMARY = (
@@ -65,12 +67,15 @@ def test_a_screen_is_as_pinned(name, width, height, request):
     hold(name, SCREENS[name], width, height, request)
 
 
-def test_the_smallest_screen_is_as_pinned(request):
-    hold("driving", SCREENS["driving"], 60, 16, request)
+@pytest.mark.parametrize(("width", "height"), SMALL_SIZES)
+@pytest.mark.parametrize("name", SMALL)
+def test_a_small_screen_is_as_pinned(name, width, height, request):
+    hold(name, SCREENS[name], width, height, request)
 
 
 def test_every_pinned_screen_is_looked_at():
-    known = {f"{name}-{width}x{height}.txt" for name in SCREENS for width, height in SIZES} | {"driving-60x16.txt"}
+    known = {f"{name}-{width}x{height}.txt" for name in SCREENS for width, height in SIZES}
+    known |= {f"{name}-{width}x{height}.txt" for name in SMALL for width, height in SMALL_SIZES}
     assert {path.name for path in FOLDER.iterdir()} == known
 
 

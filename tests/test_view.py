@@ -1,13 +1,18 @@
 """What the dashboard says, as text: whole screens for a fixed scene, and what must hold for every size and value."""
 
+import ast
 import math
+import re
 from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
 
 import pytest
-from desk import LAMPS, LOST_LINK, M2006, SCENE, WIRES, scene
+from desk import AGREE, LAMPS, LOST_LINK, M2006, SCENE, WIRES, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import bench.screen
 from bench.messages import BodyTwist, Pose, RcFrame
 from bench.screen import text
 from bench.screen.canvas import Canvas
@@ -41,12 +46,69 @@ def screen(what, width=80, height=24):
     return "\n".join(picture(what, width, height))
 
 
-@pytest.mark.parametrize(("width", "height"), [(59, 16), (60, 15), (20, 7)])
-def test_a_terminal_that_is_too_small_gets_a_sentence(width, height):
-    words = " ".join(screen(SCENE, width, height).split())
-    assert words == (
-        f"The dashboard needs 60x16; this terminal is {width}x{height}. The robot is armed; Space stops it, Esc quits."
-    )
+def words_in(rows):
+    """What is to be read, digits apart."""
+    return set(re.findall(r"[^\W\d_]{3,}", " ".join(rows)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "state", "link"),
+    [
+        ({}, " ARMED ", "link +live"),
+        (LOST_LINK, " DISARMED ", " LOST "),
+        ({"link": "never seen", "link_age_ms": None, "armed": False}, " DISARMED ", "(?i) never seen "),
+    ],
+)
+@pytest.mark.parametrize(
+    "size", [(60, 16), (59, 16), (60, 15), (79, 23), (40, 12), (40, 50), (100, 10), (20, 5), (20, 4)]
+)
+def test_robot_arm_state_link_and_stop_are_whole_on_every_terminal(size, changes, state, link):
+    for page in PAGES:
+        rows = picture(scene(**changes, shown=Shown(page)), *size)
+        whole = "\n".join(f" {row} " for row in rows)
+        assert " m2006" in whole
+        assert state in whole
+        assert re.search(link, whole)
+        assert " SPACE STOP " in rows[-1]
+
+
+@pytest.mark.parametrize(
+    ("size", "said"), [((8, 2), "ARMED SPACE"), ((17, 1), "ARMED SPACE"), ((10, 3), "ARMED link live SPACE STOP")]
+)
+def test_the_fewest_rows_tell_whether_it_is_armed_and_how_to_stop(size, said):
+    assert screen(SCENE, *size).split() == said.split()
+
+
+SCENES = (
+    SCENE,
+    scene(**LOST_LINK, recording="my_run", notice="transmitter off"),
+    scene(pace=Pace(paused=True, behind_ticks=2300)),
+    scene(hands=None, replay=Replay("demo", 20_000, "identical so far")),
+    scene(hands=None, replay=Replay("a stop", 9, "identical", ("drove     5.64 m and turned 812 deg in 12.3 s",))),
+    scene(hands=Hands(50, True, False, pad=(0.1, 0.2, 0.3))),
+    scene(help=True),
+    scene(dialog=Dialog("another robot", [Item("omni4", "", str), Item("m2006", "the default", str)]).shown),
+    *(scene(shown=Shown(page), lamps=LAMPS, agree=AGREE) for page in PAGES),
+    *(scene(shown=Shown(page, "20", False, menu)) for page, menu in zip(PAGES[1:], MENUS, strict=True)),
+)
+
+
+@lru_cache
+def known_words():
+    """All that the dashboard can say: what its files say in so many words, and what wide screens show of the scenes."""
+    files = Path(bench.screen.__file__).parent.glob("*.py")
+    nodes = [node for file in files for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))]
+    said = [node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    shown = [row for one in SCENES for row in picture(one, 1000, 200)] + picture(SCENE, 160, 45)
+    return words_in([*said, *(word.upper() for word in said), *shown])
+
+
+@given(st.sampled_from(range(len(SCENES))), st.integers(8, 79), st.integers(1, 40))
+@settings(max_examples=150)
+def test_on_a_small_terminal_a_word_is_whole_or_not_there(number, width, height):
+    rows = picture(SCENES[number], width, height)
+    assert words_in(rows) <= known_words(), "\n".join(rows)
+    assert not re.search(r"\S…", "\n".join(rows)), "\n".join(rows)
 
 
 @given(
@@ -212,8 +274,27 @@ def test_lines_are_cut_with_an_ellipsis():
     line = [("abc", text.PLAIN), ("defg", text.GOOD)]
     assert text.plain(text.fit(line, 7)) == "abcdefg"
     assert text.plain(text.fit(line, 9)) == "abcdefg  "
-    assert text.fit(line, 5) == [("abc", text.PLAIN), ("d…", text.GOOD)]
-    assert text.plain(text.both_ends(line, [("xy", text.PLAIN)], 8)) == "abc…  xy"
+    assert text.fit([*line, (" hij", text.PLAIN)], 10) == [
+        *line,
+        (" ", text.PLAIN),
+        ("…", text.PLAIN),
+        (" ", text.PLAIN),
+    ]
+    assert text.plain(text.both_ends([("ab ", text.PLAIN), *line], [("xy", text.PLAIN)], 11)) == "ab …     xy"
+
+
+@pytest.mark.parametrize(
+    ("width", "shown"),
+    [(10, "to 3.5 rpm"), (9, "to 3.5 …"), (8, "to 3.5 …"), (7, "to …"), (4, "to …"), (3, "…"), (1, "…"), (0, "")],
+)
+def test_a_line_is_cut_between_words_and_a_number_is_one(width, shown):
+    assert text.plain(text.fit([("to 3", text.PLAIN), (".5 rpm", text.GOOD)], width)) == shown.ljust(width)
+
+
+def test_what_is_too_long_for_a_word_is_cut_where_the_room_ends():
+    path = [("in " + "x" * 40, text.PLAIN)]
+    assert text.plain(text.fit(path, 30)) == "in " + "x" * 26 + "…"
+    assert text.plain(text.fit(path, 15)) == "in …".ljust(15)
 
 
 def wire_rows(width, **changes):

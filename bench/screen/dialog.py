@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from bench.screen.scene import Scene
 
 MOST_WIDTH, MOST_ROWS = 74, 22
+APART_FROM = 80
+"""On a screen of this width the list leaves a margin; on a narrower one it would only cut the words beside it."""
 PAGE = 10
 
 
@@ -109,7 +111,7 @@ def fits(typed: str, words: str) -> int | None:
 
 def dialog_place(width: int, height: int, rows: int) -> Place:
     """In the middle, over the other panels; title and keys stay in sight."""
-    wide = min(MOST_WIDTH, width - 4)
+    wide = MOST_WIDTH if width >= APART_FROM else width
     high = max(5, min(MOST_ROWS, rows + 4, height - 4))
     return Place((width - wide) // 2, max(1, (height - high) // 2), wide, high)
 
@@ -131,13 +133,16 @@ def dialog(scene: Scene, width: int, height: int) -> list[Line]:
     body += [[]] * (room + 1 - len(body))
     title = f" {shown.title} "
     more = f" {shown.cursor + 1} of {len(shown.rows)} " if shown.rows else ""
-    foot = f" {shown.foot or 'type to narrow · Enter takes · Esc leaves'} "[:inner]
-    top: Line = [
-        ("┌", LABEL),
-        (title, TITLE),
-        ("─" * (inner - len(title) - len(more)), LABEL),
-        (more, LABEL),
-        ("┐", LABEL),
-    ]
-    bottom: Line = [("└", LABEL), (foot, LABEL), ("─" * (inner - len(foot)), LABEL), ("┘", LABEL)]
+    foot = f" {shown.foot or 'type to narrow · Enter takes · Esc leaves'} "
+    top = _edge("┌", (title, TITLE), more, "┐", inner)
+    bottom = _edge("└", (foot, LABEL), "", "┘", inner)
     return [top, *([("│", LABEL), *fit(line, inner), ("│", LABEL)] for line in body), bottom]
+
+
+def _edge(left: str, words: tuple[str, str], right: str, corner: str, inner: int) -> Line:
+    """A side of the frame. What it has to say is cut for want of room, its end left out before that."""
+    if len(words[0]) + len(right) > inner:
+        right = ""
+    if len(words[0]) > inner:
+        return [(left, LABEL), *fit([words], inner), (corner, LABEL)]
+    return [(left, LABEL), words, ("─" * (inner - len(words[0]) - len(right)) + right + corner, LABEL)]

@@ -26,7 +26,11 @@ GLANCE_ROWS = 5
 WIRES_ROWS = 5
 ROOMY_FROM = 30
 """From this height on, sections stand apart and have headings."""
-LEAST_ARENA_COLUMNS = 8
+LEAST_ARENA_COLUMNS, LEAST_ARENA_ROWS = 8, 5
+SMALL_ROWS = 11
+"""So many rows the words of a small terminal get before there is an arena above them."""
+LEAST_LIST = (30, 10)
+"""A terminal as small as this has room for a list to choose from."""
 WIDE = (170, 50)
 """From this size on, the drive page has everything."""
 WIDE_TABLE_SHARE = 0.4
@@ -84,7 +88,7 @@ def arrange(
     `pad`: the mouse's sticks take the foot of whatever page.
     """
     if width < SMALLEST[0] or height < SMALLEST[1]:
-        return {"small": Place(0, 0, width, height)}
+        return _small(width, height, aspect)
     places = {"title": Place(0, 0, width, 1), "footer": Place(0, height - 1, width, 1)}
     y = 1
     if replay:
@@ -103,6 +107,25 @@ def arrange(
     if is_wide(width, height) and state == LIVE:
         return places | _wide(rest, wheels, aspect)
     return places | _drive(rest, height, wheels, aspect, state)
+
+
+def _small(width: int, height: int, aspect: float) -> dict[str, Place]:
+    """The words, and the arena where they leave room for it: beside them, or above."""
+    room = Place(0, 0, width, height)
+    if width >= SMALLEST[0]:
+        places = _arena_and_status(room, aspect)
+        return {"small" if name == "status" else name: place for name, place in places.items()}
+    rows = min(height - SMALL_ROWS, round((width - 2) / (2 * aspect)) + 2)
+    if rows < LEAST_ARENA_ROWS or width < LEAST_ARENA_COLUMNS:
+        return {"small": room}
+    return {"arena": Place(0, 0, width, rows), "small": Place(0, rows, width, height - rows)}
+
+
+def small_with_list(width: int, height: int) -> dict[str, Place]:
+    """A list over the words of a small terminal, all but the first three rows and the last; {} where it has no room."""
+    if width < LEAST_LIST[0] or height < LEAST_LIST[1]:
+        return {}
+    return {"small": Place(0, 0, width, height), "dialog": Place(0, 3, width, height - 4)}
 
 
 def _drive(room: Place, height: int, wheels: int, aspect: float, state: str) -> dict[str, Place]:

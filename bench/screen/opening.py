@@ -69,7 +69,7 @@ class Opening(NamedTuple):
         if panel == "status":
             return [[(" ", PLAIN), (f" {BUILDING.upper()} ", WARN_BADGE)]]
         if panel == "small":
-            return [[(BUILDING, PLAIN)]]
+            return [[(f" {self.name}", TITLE)], [(f" {BUILDING.upper()} ", WARN_BADGE)]][: place.height]
         return [[(f" {_PANES[panel]}", LABEL)]]
 
     def _title(self, width: int) -> Line:

@@ -1,4 +1,4 @@
-"""Panels that take the room of others for a while: the keys, a run's summary, a terminal that is too small."""
+"""Panels that take the room of others for a while: the keys, a run's summary."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import textwrap
 from collections.abc import Sequence
 from itertools import product
 
-from bench.screen.layout import SMALLEST
 from bench.screen.palette import WORK_KEYS
 from bench.screen.scene import Scene
 from bench.screen.text import KEY, LABEL, PLAIN, TITLE, WARN, Line
@@ -106,20 +105,3 @@ def summary(scene: Scene, width: int, height: int) -> list[Line]:
         parts = textwrap.wrap(sentence, width - 2, subsequent_indent=" " * 10, break_on_hyphens=False)
         lines += [[(" " + part, PLAIN)] for part in parts]
     return lines
-
-
-def small(scene: Scene, width: int, height: int) -> list[Line]:
-    """For a terminal that is too small to show everything that matters: as much of this as it has room for."""
-    columns, rows = SMALLEST
-    state = "armed" if scene.snapshot.armed else "disarmed"
-    stop = "Space stops it, " if scene.hands is not None else ""
-    short = "Space stops, " if scene.hands is not None else ""
-    size = f"The dashboard needs {columns}x{rows}; this terminal is {width}x{height}."
-    sentences = (
-        f"{size} The robot is {state}; {stop}Esc quits.",
-        f"Needs {columns}x{rows}, has {width}x{height}. Robot {state}. {short}Esc quits.",
-        f"Needs {columns}x{rows}. {state.upper()}.",
-    )
-    parts = [textwrap.wrap(sentence, max(1, width)) for sentence in sentences]
-    fitting = next((part for part in parts if len(part) <= height), parts[-1])
-    return [[(part, PLAIN)] for part in fitting]

@@ -14,6 +14,7 @@ from bench.screen.text import (
     WARN_BADGE,
     Line,
     age,
+    first_that_fits,
     fit,
     signed,
     width_of,
@@ -21,20 +22,25 @@ from bench.screen.text import (
 
 LEFT_WIDTH = 37
 """Where the link stands, but for a longer reason on a wider screen."""
-_DRIVERS = {"rc": "the sticks drive", "core": "the core drives"}
+_DRIVERS = {"rc": ("the sticks drive", "sticks"), "core": ("the core drives", "core")}
 
 
 def strip(scene: Scene, width: int, height: int) -> list[Line]:
     """Who drives, the link with its age, and the sticks."""
     snapshot = scene.snapshot
     badge = (" ARMED ", GOOD_BADGE) if snapshot.armed else (" DISARMED ", WARN_BADGE)
-    who = _DRIVERS.get(snapshot.driver, "nobody drives") if snapshot.armed else snapshot.why_disarmed
     lost = snapshot.link != LIVE
     link = (f" {snapshot.link.upper()} ", BAD_BADGE) if lost else (snapshot.link, GOOD)
     old = f" {age(snapshot.link_age_ms):8}" if snapshot.link_age_ms is not None else ""
     sticks = " ".join(signed(100.0 * stick, 4, 0) for stick in snapshot.sticks)
-    left: Line = [(" ", PLAIN), badge, (f" {who}", PLAIN if snapshot.armed else WARN)]
     right: Line = [("link ", LABEL), link, (old, PLAIN), (" sticks ", LABEL), (f"{sticks} %", PLAIN)]
+    head: Line = [(" ", PLAIN), badge]
+    if snapshot.armed:
+        who = _DRIVERS.get(snapshot.driver, ("nobody drives", "nobody"))
+        ways: list[Line] = [[*head, (f" {words}", PLAIN)] for words in who]
+    else:
+        ways = [[*head, (f" {snapshot.why_disarmed}", WARN)]]
     # Who drives gives way: the sticks are never cut.
-    room = min(max(LEFT_WIDTH, width_of(left) + 1), width - width_of(right))
+    room = min(max(LEFT_WIDTH, width_of(ways[0]) + 1), width - width_of(right))
+    left = first_that_fits(ways, room - 1) or (head if snapshot.armed else ways[0])
     return [fit([*fit(left, room - 1), (" ", PLAIN), *right], width)]

@@ -5,6 +5,7 @@ Every meaning stands in the words or signs too, so that a picture without colour
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TypeAlias
 
 PLAIN, LABEL, TITLE, KEY = "plain", "label", "title", "key"
@@ -25,6 +26,8 @@ Line: TypeAlias = list[Span]
 
 BLOCKS = " ▏▎▍▌▋▊▉█"
 ELLIPSIS = "…"
+LONGEST_WORD = 20
+"""What is longer is no word, and may be cut: a path, bytes."""
 
 
 def plain(line: Line) -> str:
@@ -38,18 +41,32 @@ def width_of(line: Line) -> int:
 
 
 def fit(line: Line, width: int, fill: str = PLAIN) -> Line:
-    """Exactly so wide: padded with blanks, or cut with an ellipsis."""
+    """Exactly so wide: padded with blanks; or as many whole words as there is room for, and an ellipsis."""
     have = width_of(line)
     if have <= width:
         return [*line, (" " * (width - have), fill)] if have < width else line
+    room = _whole_words(plain(line), width - len(ELLIPSIS))
     out: Line = []
-    room = width - 1
     for text, role in line:
         if len(text) >= room:
-            return [*out, (text[: max(0, room)] + ELLIPSIS * min(1, width), role)]
+            out.append((text[:room], role))
+            break
         out.append((text, role))
         room -= len(text)
-    return out
+    end = ELLIPSIS * min(1, width)
+    return [*out, (end, out[-1][1]), (" " * (width - width_of(out) - len(end)), fill)]
+
+
+def _whole_words(text: str, room: int) -> int:
+    """How many characters to keep of a text that is too long, so that no word is cut, nor looks as if it were."""
+    room = max(0, room)
+    begins = text.rfind(" ", 0, room) + 1
+    return begins if room < begins + LONGEST_WORD else room
+
+
+def first_that_fits(lines: Iterable[Line], width: int) -> Line:
+    """Of several ways to say it, from many words to few, the first that there is room for; else nothing."""
+    return next((line for line in lines if width_of(line) <= width), [])
 
 
 def both_ends(left: Line, right: Line, width: int, fill: str = PLAIN) -> Line:

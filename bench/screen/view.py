@@ -13,9 +13,10 @@ from bench.screen.bars import footer, notice, notice_rows, progress, title
 from bench.screen.checks import checks, glance
 from bench.screen.dialog import dialog, dialog_place
 from bench.screen.pad import pad
-from bench.screen.pages import help_page, small, summary
+from bench.screen.pages import help_page, summary
 from bench.screen.scene import Scene
 from bench.screen.scope import scope
+from bench.screen.small import small
 from bench.screen.status import status
 from bench.screen.strip import strip
 from bench.screen.text import Line, fit, plain
@@ -61,7 +62,7 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
         pad=scene.hands is not None and scene.hands.pad is not None,
     )
     if "small" in places:
-        return places
+        return layout.small_with_list(width, height) or places if scene.dialog is not None else places
     # Over the others, and so drawn last.
     if scene.dialog is not None:
         places["dialog"] = dialog_place(width, height, len(scene.dialog.rows))

@@ -143,7 +143,7 @@ def loads(scene: Scene, width: int) -> list[Line]:
         fit(
             [
                 (f" {one.wire:7}", LABEL),
-                (f"{100.0 * one.load:5.1f} % full  {one.rate_hz:5.0f}/s  ", PLAIN),
+                (f"{100.0 * one.load:5.1f} % full {one.rate_hz:5.0f}/s  ", PLAIN),
                 _errors(scene, one),
             ],
             width,
