@@ -1,4 +1,4 @@
-"""Whole screens as text, at three sizes and a few at three small ones, against fixtures/pinned/screens: what a person sees, to the cell.
+"""Whole screens as text, at three sizes and a few at small ones, against fixtures/pinned/screens: to the cell.
 
 After a deliberate change: `pytest tests/test_screens.py --update-pinned`, then look at the difference.
 """
