@@ -309,6 +309,21 @@ def test_what_a_first_build_stumbles_over_is_told_with_what_to_try(tmp_path, cap
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "UART_HandleTypeDef huart1;\nUART_HandleTypeDef huart6;\nCAN_HandleTypeDef hcan1;",
+        "UART_HandleTypeDef huart1, huart6 = {0};\nextern CAN_HandleTypeDef hcan1;",
+        'extern "C" { UART_HandleTypeDef huart1; UART_HandleTypeDef huart6; }\nextern "C" CAN_HandleTypeDef hcan1;',
+        "UART_HandleTypeDef huart1;UART_HandleTypeDef huart6;\nCAN_HandleTypeDef hcan1;\nvoid f(UART_HandleTypeDef *);",
+    ],
+)
+def test_handles_are_found_however_they_are_declared(tmp_path, text):
+    (tmp_path / "main.cpp").write_text(text + "\nint main() {}\n")
+    found = look(tmp_path)
+    assert (found.uarts, found.cans) == (("huart1", "huart6"), ("hcan1",))
+
+
+@pytest.mark.parametrize(
     ("text", "profile"),
     [("DBUS frame", "dr16"), ("sbus_parse(); SBUS", "frsky-sbus"), ("iBus", "flysky"), ("crsf", "elrs"), ("radio", "")],
 )

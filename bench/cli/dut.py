@@ -17,10 +17,12 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
-    init = actions.add_parser("init", help="write a project file and a port file into a firmware's folder")
+    about = "write a project file and a port file into a firmware's folder"
+    init = actions.add_parser("init", help=about, description=about)
     init.add_argument("folder", metavar="DIR", nargs="?", type=Path, default=Path(), help="the firmware's folder (.)")
     init.add_argument("--style", choices=("superloop", "interrupt", "rtos"), help="how it is built; else a guess")
-    build = actions.add_parser("build", help="compile a firmware for this machine; the compiler's warnings are shown")
+    about = "compile a firmware for this machine; the compiler's warnings are shown"
+    build = actions.add_parser("build", help=about, description=about)
     build.add_argument("project", metavar="FILE", type=Path, help="its project file (.toml)")
     for action in (init, build):
         action.add_argument("--json", action="store_true", help="what was done as one JSON object")

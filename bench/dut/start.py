@@ -22,7 +22,7 @@ _NOT_THEIRS = re.compile(
 )
 _NOT_FOLDERS = {"Drivers", "Middlewares", "build", "Debug", "Release", "test", "tests"}
 _MOST_FILES = 500
-_HANDLE = r"^\s*(?:extern\s+)?{}_HandleTypeDef\s+(\w+)"
+_HANDLE = r"(?:^|[;{{])\s*(?:extern\s+(?:\"C\"\s+)?)?{}_HandleTypeDef\s+(\w+(?:\s*,\s*\w+)*)(?=\s*[;=])"
 # Where printf goes, in every project that has put it somewhere.
 _CONSOLE = re.compile(r"\b(?:__io_putchar|_write|fputc)\s*\([^)]*\)\s*\{[^}]*?&\s*(\w+)")
 _RECEIVES = re.compile(r"\bHAL_UART(?:Ex)?_Receive\w*\s*\(\s*&\s*(\w+)")
@@ -141,7 +141,8 @@ def _walk(folder: Path) -> Iterable[Path]:
 
 
 def _names(text: str, kind: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(re.findall(_HANDLE.format(kind), text, re.MULTILINE)))
+    lists = re.findall(_HANDLE.format(kind), text, re.MULTILINE)
+    return tuple(dict.fromkeys(name.strip() for names in lists for name in names.split(",")))
 
 
 def _template(name: str) -> str:

@@ -5,52 +5,41 @@
  */
 #define _GNU_SOURCE
 #include "core.h"
+#include "rtos.h"
 
-#include "cmsis_os.h"
+#include "semphr.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <ucontext.h>
 
-enum { STACK = 256 * 1024, GUARD = 4096, MOST_TASKS = 64, NAME = 16 };
-enum state { READY, BLOCKED, DELETED };
-
-struct wb_task {
-    ucontext_t context;
-    TaskFunction_t function;
-    void *given;
-    UBaseType_t priority;
-    enum state state;
-    int is_timed;
-    TickType_t wake_tick;
-    const void *waits_for;
-    uint32_t notified;
-    char name[NAME];
-};
+enum { STACK = 256 * 1024, GUARD = 4096 };
 
 struct wb_queue {
     UBaseType_t length, item_size, first, count;
     uint8_t *items;
+    struct wb_task *owner; /* of a recursive mutex, and how often it has it */
+    int depth;
 };
 
-static struct wb_task *tasks[MOST_TASKS];
-static int task_count, last_run;
+struct wb_task *wb_tasks[WB_MOST_TASKS];
+int wb_task_count;
+static int last_run;
 static struct wb_task *current;
 static ucontext_t idle;
 static int is_running, nesting, suspended;
 
 static struct wb_task *pick(void) {
     int best = -1;
-    for (int i = 1; i <= task_count; i++) { /* after the last one: equals take turns */
-        int which = (last_run + i) % task_count;
-        if (tasks[which]->state == READY && (best < 0 || tasks[which]->priority > tasks[best]->priority))
+    for (int i = 1; i <= wb_task_count; i++) { /* after the last one: equals take turns */
+        int which = (last_run + i) % wb_task_count;
+        if (wb_tasks[which]->state == WB_READY && (best < 0 || wb_tasks[which]->priority > wb_tasks[best]->priority))
             best = which;
     }
     if (best < 0)
         return NULL;
     last_run = best;
-    return tasks[best];
+    return wb_tasks[best];
 }
 
 /* Let the task run that should; returns when the calling one should again. */
@@ -62,33 +51,33 @@ static void reschedule(void) {
     swapcontext(&from->context, to ? &to->context : &idle);
 }
 
-static void block(const void *on, TickType_t ticks) {
+void wb_rtos_block(const void *on, TickType_t ticks) {
     if (wb_in_interrupt)
         wb_fault(WB_FAULT_WAIT_IN_INTERRUPT, "");
     if (!current)
         wb_fault(WB_FAULT_ASSERT, "waits for a queue, semaphore or delay before vTaskStartScheduler");
-    current->state = BLOCKED;
+    current->state = WB_BLOCKED;
     current->waits_for = on;
     current->is_timed = ticks != portMAX_DELAY;
     current->wake_tick = wb_tick + ticks;
     reschedule();
 }
 
-static void wake_one(const void *waiting_for) {
+void wb_rtos_wake(const void *waiting_for) {
     struct wb_task *best = NULL;
-    for (int i = 0; i < task_count; i++)
-        if (tasks[i]->state == BLOCKED && tasks[i]->waits_for == waiting_for && (!best || tasks[i]->priority > best->priority))
-            best = tasks[i];
+    for (int i = 0; i < wb_task_count; i++)
+        if (wb_tasks[i]->state == WB_BLOCKED && wb_tasks[i]->waits_for == waiting_for && (!best || wb_tasks[i]->priority > best->priority))
+            best = wb_tasks[i];
     if (!best)
         return;
-    best->state = READY;
+    best->state = WB_READY;
     best->waits_for = NULL;
 }
 
-static void preempt(void) {
+void wb_rtos_preempt(void) {
     if (current && !wb_in_interrupt && !nesting && !suspended)
-        for (int i = 0; i < task_count; i++)
-            if (tasks[i]->state == READY && tasks[i]->priority > current->priority) {
+        for (int i = 0; i < wb_task_count; i++)
+            if (wb_tasks[i]->state == WB_READY && wb_tasks[i]->priority > current->priority) {
                 reschedule();
                 return;
             }
@@ -97,11 +86,15 @@ static void preempt(void) {
 void wb_rtos_after_tick(void) {
     if (!is_running)
         return;
-    for (int i = 0; i < task_count; i++)
-        if (tasks[i]->state == BLOCKED && tasks[i]->is_timed && (int32_t)(wb_tick - tasks[i]->wake_tick) >= 0)
-            tasks[i]->state = READY;
+    for (int i = 0; i < wb_task_count; i++)
+        if (wb_tasks[i]->state == WB_BLOCKED && wb_tasks[i]->is_timed && (int32_t)(wb_tick - wb_tasks[i]->wake_tick) >= 0)
+            wb_tasks[i]->state = WB_READY;
     if (current && !suspended)
         reschedule();
+}
+
+struct wb_task *wb_rtos_current(void) {
+    return current;
 }
 
 static void begin(void) {
@@ -117,7 +110,7 @@ BaseType_t xTaskCreate(
     (void)depth; /* a host's frames are larger: every task has a quarter of a megabyte */
     struct wb_task *task = calloc(1, sizeof *task);
     char *stack = mmap(NULL, GUARD + STACK, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (!task || stack == MAP_FAILED || task_count == MOST_TASKS)
+    if (!task || stack == MAP_FAILED || wb_task_count == WB_MOST_TASKS)
         return pdFAIL;
     mprotect(stack, GUARD, PROT_NONE);
     task->function = function;
@@ -128,24 +121,81 @@ BaseType_t xTaskCreate(
     task->context.uc_stack.ss_sp = stack + GUARD;
     task->context.uc_stack.ss_size = STACK;
     makecontext(&task->context, begin, 0);
-    tasks[task_count++] = task;
+    wb_tasks[wb_task_count++] = task;
     if (handle)
         *handle = task;
-    preempt();
+    wb_rtos_preempt();
     return pdPASS;
+}
+
+TaskHandle_t xTaskCreateStatic(
+    TaskFunction_t function, const char *name, uint32_t depth, void *given, UBaseType_t priority, StackType_t *stack, StaticTask_t *memory) {
+    (void)stack;
+    (void)memory;
+    TaskHandle_t task = NULL;
+    xTaskCreate(function, name, (configSTACK_DEPTH_TYPE)depth, given, priority, &task);
+    return task;
 }
 
 void vTaskDelete(TaskHandle_t task) {
     struct wb_task *gone = task ? task : current;
-    gone->state = DELETED;
+    gone->state = WB_DELETED;
     if (gone == current)
         reschedule();
+}
+
+void vTaskSuspend(TaskHandle_t task) {
+    struct wb_task *which = task ? task : current;
+    which->state = WB_SUSPENDED;
+    which->waits_for = NULL;
+    if (which == current)
+        reschedule();
+}
+
+BaseType_t xTaskResumeFromISR(TaskHandle_t task) {
+    if (task->state != WB_SUSPENDED)
+        return pdFALSE;
+    task->state = WB_READY;
+    return pdTRUE;
+}
+
+void vTaskResume(TaskHandle_t task) {
+    xTaskResumeFromISR(task);
+    wb_rtos_preempt();
+}
+
+void vTaskPrioritySet(TaskHandle_t task, UBaseType_t priority) {
+    (task ? task : current)->priority = priority;
+    wb_rtos_preempt();
+}
+
+UBaseType_t uxTaskPriorityGet(TaskHandle_t task) {
+    return (task ? task : current)->priority;
+}
+
+UBaseType_t uxTaskGetStackHighWaterMark(TaskHandle_t task) {
+    (void)task;
+    return STACK / sizeof(StackType_t); /* a host's stack says nothing of the chip's */
+}
+
+UBaseType_t uxTaskGetNumberOfTasks(void) {
+    return (UBaseType_t)wb_task_count;
+}
+
+char *pcTaskGetName(TaskHandle_t task) {
+    return (task ? task : current)->name;
+}
+
+BaseType_t xTaskGetSchedulerState(void) {
+    if (!is_running)
+        return taskSCHEDULER_NOT_STARTED;
+    return suspended ? taskSCHEDULER_SUSPENDED : taskSCHEDULER_RUNNING;
 }
 
 void vTaskStartScheduler(void) {
     is_running = 1;
     for (;;) {
-        current = task_count ? pick() : NULL;
+        current = wb_task_count ? pick() : NULL;
         if (current)
             swapcontext(&idle, &current->context);
         else
@@ -155,7 +205,7 @@ void vTaskStartScheduler(void) {
 
 void vTaskDelay(TickType_t ticks) {
     if (ticks)
-        block(NULL, ticks);
+        wb_rtos_block(NULL, ticks);
     else
         taskYIELD();
 }
@@ -165,7 +215,7 @@ BaseType_t xTaskDelayUntil(TickType_t *last, TickType_t period) {
     int32_t ahead = (int32_t)(*last - wb_tick);
     if (ahead <= 0)
         return pdFALSE;
-    block(NULL, (TickType_t)ahead);
+    wb_rtos_block(NULL, (TickType_t)ahead);
     return pdTRUE;
 }
 
@@ -195,7 +245,7 @@ void taskENTER_CRITICAL(void) {
 void taskEXIT_CRITICAL(void) {
     if (nesting && --nesting == 0) {
         wb_irq_on();
-        preempt();
+        wb_rtos_preempt();
     }
 }
 
@@ -205,38 +255,81 @@ void vTaskSuspendAll(void) {
 
 BaseType_t xTaskResumeAll(void) {
     if (suspended && --suspended == 0)
-        preempt();
+        wb_rtos_preempt();
     return pdFALSE;
 }
 
-static void notify(TaskHandle_t task) {
-    task->notified++;
-    if (task->state == BLOCKED && task->waits_for == &task->notified) {
-        task->state = READY;
+static BaseType_t notify(TaskHandle_t task, uint32_t value, eNotifyAction action) {
+    if (action == eSetValueWithoutOverwrite && task->is_notified)
+        return pdFAIL;
+    if (action == eSetBits)
+        task->notified |= value;
+    else if (action == eIncrement)
+        task->notified++;
+    else if (action != eNoAction)
+        task->notified = value;
+    task->is_notified = 1;
+    if (task->state == WB_BLOCKED && task->waits_for == &task->notified) {
+        task->state = WB_READY;
         task->waits_for = NULL;
     }
-}
-
-BaseType_t xTaskNotifyGive(TaskHandle_t task) {
-    notify(task);
-    preempt();
     return pdPASS;
 }
 
-void vTaskNotifyGiveFromISR(TaskHandle_t task, BaseType_t *wanted) {
-    notify(task);
+BaseType_t xTaskNotify(TaskHandle_t task, uint32_t value, eNotifyAction action) {
+    BaseType_t done = notify(task, value, action);
+    wb_rtos_preempt();
+    return done;
+}
+
+BaseType_t xTaskNotifyFromISR(TaskHandle_t task, uint32_t value, eNotifyAction action, BaseType_t *wanted) {
     if (wanted)
         *wanted = pdTRUE;
+    return notify(task, value, action);
+}
+
+BaseType_t xTaskNotifyGive(TaskHandle_t task) {
+    return xTaskNotify(task, 0, eIncrement);
+}
+
+void vTaskNotifyGiveFromISR(TaskHandle_t task, BaseType_t *wanted) {
+    xTaskNotifyFromISR(task, 0, eIncrement, wanted);
 }
 
 uint32_t ulTaskNotifyTake(BaseType_t clear, TickType_t ticks) {
     if (current && current->notified == 0 && ticks)
-        block(&current->notified, ticks);
-    if (!current || current->notified == 0)
+        wb_rtos_block(&current->notified, ticks);
+    if (!current)
         return 0;
     uint32_t count = current->notified;
-    current->notified = clear ? 0 : count - 1;
+    current->is_notified = 0;
+    if (count)
+        current->notified = clear ? 0 : count - 1;
     return count;
+}
+
+BaseType_t xTaskNotifyWait(uint32_t clear_before, uint32_t clear_after, uint32_t *value, TickType_t ticks) {
+    if (current && !current->is_notified) {
+        current->notified &= ~clear_before;
+        if (ticks)
+            wb_rtos_block(&current->notified, ticks);
+    }
+    if (!current)
+        return pdFALSE;
+    if (value)
+        *value = current->notified;
+    if (!current->is_notified)
+        return pdFALSE;
+    current->notified &= ~clear_after;
+    current->is_notified = 0;
+    return pdTRUE;
+}
+
+BaseType_t xTaskNotifyStateClear(TaskHandle_t task) {
+    struct wb_task *which = task ? task : current;
+    BaseType_t was = which->is_notified ? pdTRUE : pdFALSE;
+    which->is_notified = 0;
+    return was;
 }
 
 /* --- queues ------------------------------------------------------------------------------------------------------- */
@@ -249,6 +342,18 @@ QueueHandle_t xQueueCreate(UBaseType_t length, UBaseType_t item_size) {
     queue->item_size = item_size;
     queue->items = item_size ? calloc(length, item_size) : NULL;
     return queue;
+}
+
+QueueHandle_t xQueueCreateStatic(UBaseType_t length, UBaseType_t item_size, uint8_t *items, StaticQueue_t *memory) {
+    (void)items;
+    (void)memory;
+    return xQueueCreate(length, item_size);
+}
+
+void vQueueDelete(QueueHandle_t queue) {
+    if (queue)
+        free(queue->items);
+    free(queue);
 }
 
 SemaphoreHandle_t xSemaphoreCreateCounting(UBaseType_t most, UBaseType_t first) {
@@ -264,7 +369,7 @@ static BaseType_t put(QueueHandle_t queue, const void *item) {
     if (queue->item_size)
         memcpy(queue->items + (queue->first + queue->count) % queue->length * queue->item_size, item, queue->item_size);
     queue->count++;
-    wake_one(queue);
+    wb_rtos_wake(queue);
     return pdTRUE;
 }
 
@@ -277,7 +382,7 @@ static BaseType_t take(QueueHandle_t queue, void *item, int keep) {
         return pdTRUE;
     queue->first = (queue->first + 1) % queue->length;
     queue->count--;
-    wake_one(&queue->length); /* whoever waits for room */
+    wb_rtos_wake(&queue->length); /* whoever waits for room */
     return pdTRUE;
 }
 
@@ -287,9 +392,9 @@ BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks) {
         TickType_t passed = wb_tick - start;
         if (passed >= ticks)
             return errQUEUE_FULL;
-        block(&queue->length, ticks == portMAX_DELAY ? portMAX_DELAY : ticks - passed);
+        wb_rtos_block(&queue->length, ticks == portMAX_DELAY ? portMAX_DELAY : ticks - passed);
     }
-    preempt();
+    wb_rtos_preempt();
     return pdTRUE;
 }
 
@@ -313,9 +418,9 @@ static BaseType_t receive(QueueHandle_t queue, void *item, TickType_t ticks, int
             wb_poll();
             return errQUEUE_EMPTY;
         }
-        block(queue, ticks == portMAX_DELAY ? portMAX_DELAY : ticks - passed);
+        wb_rtos_block(queue, ticks == portMAX_DELAY ? portMAX_DELAY : ticks - passed);
     }
-    preempt();
+    wb_rtos_preempt();
     return pdTRUE;
 }
 
@@ -343,6 +448,26 @@ UBaseType_t uxQueueMessagesWaiting(QueueHandle_t queue) {
     return queue->count;
 }
 
+UBaseType_t uxQueueSpacesAvailable(QueueHandle_t queue) {
+    return queue->length - queue->count;
+}
+
+BaseType_t xSemaphoreTakeRecursive(SemaphoreHandle_t mutex, TickType_t ticks) {
+    if (mutex->owner != current || !mutex->depth) {
+        if (!xSemaphoreTake(mutex, ticks))
+            return pdFALSE;
+        mutex->owner = current;
+    }
+    mutex->depth++;
+    return pdTRUE;
+}
+
+BaseType_t xSemaphoreGiveRecursive(SemaphoreHandle_t mutex) {
+    if (mutex->owner != current || !mutex->depth)
+        return pdFALSE;
+    return --mutex->depth ? pdTRUE : xSemaphoreGive(mutex);
+}
+
 /* --- the rest ----------------------------------------------------------------------------------------------------- */
 
 void wb_rtos_assert(const char *file, int line, const char *truth) {
@@ -359,34 +484,10 @@ void vPortFree(void *given) {
     free(given);
 }
 
-osStatus_t osKernelInitialize(void) {
-    return osOK;
+size_t xPortGetFreeHeapSize(void) {
+    return 64 * 1024;
 }
 
-osStatus_t osKernelStart(void) {
-    vTaskStartScheduler();
-    return osOK;
-}
-
-uint32_t osKernelGetTickCount(void) {
-    return xTaskGetTickCount();
-}
-
-osThreadId_t osThreadNew(osThreadFunc_t function, void *given, const osThreadAttr_t *attributes) {
-    TaskHandle_t task = NULL;
-    UBaseType_t priority = attributes && attributes->priority ? (UBaseType_t)attributes->priority : osPriorityNormal;
-    xTaskCreate(function, attributes ? attributes->name : NULL, configMINIMAL_STACK_SIZE, given, priority, &task);
-    return task;
-}
-
-osStatus_t osDelay(uint32_t ticks) {
-    vTaskDelay(ticks);
-    return osOK;
-}
-
-osStatus_t osDelayUntil(uint32_t ticks) {
-    int32_t ahead = (int32_t)(ticks - wb_tick);
-    if (ahead > 0)
-        vTaskDelay((TickType_t)ahead);
-    return osOK;
+BaseType_t xPortIsInsideInterrupt(void) {
+    return wb_in_interrupt ? pdTRUE : pdFALSE;
 }

@@ -22,6 +22,10 @@ typedef void (*TaskFunction_t)(void *);
 typedef struct wb_task *TaskHandle_t;
 typedef struct wb_queue *QueueHandle_t;
 typedef QueueHandle_t SemaphoreHandle_t;
+/* Memory that a firmware gives to something is not used: everything has its own. */
+typedef struct {
+    uint32_t unused;
+} StaticTask_t, StaticQueue_t, StaticSemaphore_t, StaticTimer_t, StaticEventGroup_t;
 
 #define pdFALSE ((BaseType_t)0)
 #define pdTRUE ((BaseType_t)1)
@@ -39,11 +43,14 @@ typedef QueueHandle_t SemaphoreHandle_t;
 #define pdMS_TO_TICKS(ms) ((TickType_t)(ms))
 #define tskIDLE_PRIORITY ((UBaseType_t)0)
 #define portYIELD_FROM_ISR(wanted) ((void)(wanted))
+#define portYIELD() taskYIELD()
 #define portEND_SWITCHING_ISR(wanted) ((void)(wanted))
 
 void wb_rtos_assert(const char *file, int line, const char *truth);
 void *pvPortMalloc(size_t size);
 void vPortFree(void *block);
+size_t xPortGetFreeHeapSize(void);
+BaseType_t xPortIsInsideInterrupt(void);
 
 #ifdef __cplusplus
 }

@@ -10,7 +10,21 @@ extern "C" {
 
 BaseType_t xTaskCreate(
     TaskFunction_t function, const char *name, configSTACK_DEPTH_TYPE depth, void *given, UBaseType_t priority, TaskHandle_t *handle);
+TaskHandle_t xTaskCreateStatic(
+    TaskFunction_t function, const char *name, uint32_t depth, void *given, UBaseType_t priority, StackType_t *stack, StaticTask_t *memory);
 void vTaskDelete(TaskHandle_t task);
+void vTaskSuspend(TaskHandle_t task);
+void vTaskResume(TaskHandle_t task);
+BaseType_t xTaskResumeFromISR(TaskHandle_t task);
+void vTaskPrioritySet(TaskHandle_t task, UBaseType_t priority);
+UBaseType_t uxTaskPriorityGet(TaskHandle_t task);
+UBaseType_t uxTaskGetStackHighWaterMark(TaskHandle_t task);
+UBaseType_t uxTaskGetNumberOfTasks(void);
+char *pcTaskGetName(TaskHandle_t task);
+#define taskSCHEDULER_SUSPENDED ((BaseType_t)0)
+#define taskSCHEDULER_NOT_STARTED ((BaseType_t)1)
+#define taskSCHEDULER_RUNNING ((BaseType_t)2)
+BaseType_t xTaskGetSchedulerState(void);
 void vTaskStartScheduler(void);
 void vTaskDelay(TickType_t ticks);
 BaseType_t xTaskDelayUntil(TickType_t *last, TickType_t period);
@@ -29,6 +43,11 @@ void vTaskSuspendAll(void);
 BaseType_t xTaskResumeAll(void);
 BaseType_t xTaskNotifyGive(TaskHandle_t task);
 void vTaskNotifyGiveFromISR(TaskHandle_t task, BaseType_t *wanted);
+typedef enum { eNoAction = 0, eSetBits, eIncrement, eSetValueWithOverwrite, eSetValueWithoutOverwrite } eNotifyAction;
+BaseType_t xTaskNotify(TaskHandle_t task, uint32_t value, eNotifyAction action);
+BaseType_t xTaskNotifyFromISR(TaskHandle_t task, uint32_t value, eNotifyAction action, BaseType_t *wanted);
+BaseType_t xTaskNotifyWait(uint32_t clear_before, uint32_t clear_after, uint32_t *value, TickType_t ticks);
+BaseType_t xTaskNotifyStateClear(TaskHandle_t task);
 uint32_t ulTaskNotifyTake(BaseType_t clear, TickType_t ticks);
 
 #ifdef __cplusplus

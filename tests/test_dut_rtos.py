@@ -1,0 +1,215 @@
+"""Firmwares of tasks: what FreeRTOS and CMSIS-RTOS promise in their documentation, tick by tick on the CAN wire."""
+
+import textwrap
+
+import pytest
+from compilers import needs_compiler
+
+from bench.dut.build import build
+from bench.dut.firmware import firmware_of
+from bench.dut.project import load_project
+
+pytestmark = needs_compiler
+
+PUT = """
+    #include "cmsis_os.h"
+    #include "wheelbench.h"
+    static void put(int what) { wb_can_write(0x100 + what, (const uint8_t *)"", 0); }
+"""
+
+
+def sent(folder, source, ticks):
+    """(tick, what) of every put of a firmware, which compiles without a word."""
+    (folder / "fw.c").write_text(textwrap.dedent(PUT + source))
+    (folder / "fw.toml").write_text('schema = 1\nname = "fw"\nsources = ["fw.c"]\n')
+    assert build(load_project(folder / "fw.toml")).warnings == ""
+    base = firmware_of(folder / "fw.toml")()
+    return [(tick, frame[0] - 0x100) for tick in range(ticks) for frame in base.step(tick, b"", b"", ())[0]]
+
+
+def test_version_2_as_a_generator_writes_it(tmp_path):
+    source = """
+    osThreadId_t hearHandle;
+    const osThreadAttr_t hear_attr = {.name = "hear", .stack_size = 8, .priority = (osPriority_t)osPriorityNormal1};
+    const osThreadAttr_t say_attributes = {.name = "say", .priority = (osPriority_t)osPriorityNormal};
+    osMessageQueueId_t queue;
+    osMutexId_t mutex;
+    osSemaphoreId_t full;
+    osEventFlagsId_t flags;
+    static void blink(void *given) { put(0x50 + *(int *)given); }
+    static void hear(void *unused) {
+        uint16_t item = 0;
+        uint32_t last = osKernelGetTickCount();
+        while (osMessageQueueGet(queue, &item, NULL, 3) == osOK) put(item);
+        put(0x20);                                                             /* three ticks without one */
+        if (osThreadFlagsWait(0x5, osFlagsWaitAll, osWaitForever) == 0x5) put(0x21);
+        if (osEventFlagsWait(flags, 0x8, osFlagsWaitAny, 2) == osFlagsErrorTimeout) put(0x22);
+        if (osSemaphoreAcquire(full, 0) == osErrorResource) put(0x23);
+        osDelayUntil(last + 20);
+        put(0x24);
+        osThreadExit();
+    }
+    static void say(void *unused) {
+        for (uint16_t i = 1; i <= 2; i++) {
+            osDelay(1);
+            osMutexAcquire(mutex, osWaitForever);
+            osMessageQueuePut(queue, &i, 0, 0);
+            put(0x10 + i);
+            osMutexRelease(mutex);
+        }
+        osDelay(5);
+        osThreadFlagsSet(hearHandle, 0x1);
+        osDelay(1);
+        osThreadFlagsSet(hearHandle, 0x4);
+        for (;;) osDelay(1000);
+    }
+    int main(void) {
+        static int seven = 7;
+        osKernelInitialize();
+        queue = osMessageQueueNew(2, sizeof(uint16_t), NULL);
+        mutex = osMutexNew(NULL);
+        full = osSemaphoreNew(1, 0, NULL);
+        flags = osEventFlagsNew(NULL);
+        osTimerStart(osTimerNew(blink, osTimerPeriodic, &seven, NULL), 6);
+        hearHandle = osThreadNew(hear, NULL, &hear_attr);
+        osThreadNew(say, NULL, &say_attributes);
+        osKernelStart();
+        for (;;) {}
+    }
+    """
+    assert sent(tmp_path, source, 22) == [
+        (1, 1), (1, 0x11), (2, 2), (2, 0x12), (5, 0x20), (6, 0x57), (8, 0x21), (10, 0x22), (10, 0x23), (12, 0x57),
+        (18, 0x57), (20, 0x24),
+    ]  # fmt: skip
+
+
+def test_version_1_as_older_generators_write_it(tmp_path):
+    source = """
+    osThreadId lowHandle, highHandle;
+    osMessageQId queueHandle;
+    osSemaphoreId semHandle;
+    osMutexId mutexHandle;
+    static void once(void const *given) { put(0x60); }
+    static void High(void const *argument) {
+        osEvent event;
+        uint32_t last = osKernelSysTick();
+        for (int i = 0; i < 2; i++) {
+            event = osMessageGet(queueHandle, osWaitForever);
+            if (event.status == osEventMessage) put((int)event.value.v);
+        }
+        event = osSignalWait(0x3, 4);
+        if (event.status == osEventTimeout) put(0x20);
+        event = osSignalWait(0, osWaitForever);
+        put(0x20 + event.value.signals);
+        osDelayUntil(&last, 15);
+        put(0x24);
+        osDelayUntil(&last, 2);
+        put(0x25);
+        for (;;) osDelay(1000);
+    }
+    static void Low(void const *argument) {
+        osSemaphoreWait(semHandle, osWaitForever);
+        if (osSemaphoreWait(semHandle, 0) != osOK) put(0x30);
+        osMessagePut(queueHandle, 1, 0);
+        put(0x31);
+        osDelay(1);
+        if (osMutexWait(mutexHandle, 10) == osOK) osMessagePut(queueHandle, 2, 0);
+        osMutexRelease(mutexHandle);
+        osDelay(7);
+        osSignalSet(highHandle, 0x2);
+        for (;;) osDelay(1000);
+    }
+    int main(void) {
+        osMutexDef(mutex);
+        mutexHandle = osMutexCreate(osMutex(mutex));
+        osSemaphoreDef(sem);
+        semHandle = osSemaphoreCreate(osSemaphore(sem), 1);
+        osMessageQDef(queue, 4, uint32_t);
+        queueHandle = osMessageCreate(osMessageQ(queue), NULL);
+        osTimerDef(timer, once);
+        osTimerStart(osTimerCreate(osTimer(timer), osTimerOnce, NULL), 3);
+        osThreadDef(low, Low, osPriorityNormal, 0, 128);
+        lowHandle = osThreadCreate(osThread(low), NULL);
+        osThreadDef(high, High, osPriorityHigh, 0, 128);
+        highHandle = osThreadCreate(osThread(high), NULL);
+        osKernelStart();
+        for (;;) {}
+    }
+    """
+    assert sent(tmp_path, source, 20) == [
+        (0, 0x30), (0, 1), (0, 0x31), (1, 2), (3, 0x60), (5, 0x20), (8, 0x22), (15, 0x24), (17, 0x25),
+    ]  # fmt: skip
+
+
+def test_static_tasks_notifications_suspension_and_recursive_mutexes(tmp_path):
+    source = """
+    static StaticTask_t memory[2];
+    static StackType_t stack[2][128];
+    static StaticSemaphore_t mutex_memory;
+    static SemaphoreHandle_t mutex;
+    static TaskHandle_t hearer;
+    static void hear(void *unused) {
+        uint32_t value = 0;
+        if (xTaskNotifyWait(0, 0xF, &value, 2) == pdFALSE) put(0x40);
+        while (xTaskNotifyWait(0, 0xF, &value, portMAX_DELAY) == pdTRUE) put((int)value);
+    }
+    static void say(void *unused) {
+        if (xTaskGetSchedulerState() == taskSCHEDULER_RUNNING) put(0x50);
+        vTaskDelay(3);
+        xTaskNotify(hearer, 0x12, eSetValueWithOverwrite);       /* heard: 0x12; what stays is 0x10 */
+        xTaskNotify(hearer, 0x01, eSetBits);                     /* heard: 0x11 */
+        vTaskSuspend(hearer);
+        xTaskNotify(hearer, 0x03, eSetValueWithOverwrite);
+        if (xTaskNotify(hearer, 0x04, eSetValueWithoutOverwrite) == pdFAIL) put(0x51);
+        vTaskDelay(2);
+        put(0x52);
+        vTaskResume(hearer);                                     /* heard: 0x03 */
+        if (xSemaphoreTakeRecursive(mutex, 0) && xSemaphoreTakeRecursive(mutex, 0)) put(0x53);
+        xSemaphoreGiveRecursive(mutex);
+        if (xSemaphoreGiveRecursive(mutex) && !xSemaphoreGiveRecursive(mutex)) put(0x54);
+        vTaskDelete(NULL);
+    }
+    int main(void) {
+        mutex = xSemaphoreCreateRecursiveMutexStatic(&mutex_memory);
+        if (xTaskGetSchedulerState() == taskSCHEDULER_NOT_STARTED) put(0x55);
+        hearer = xTaskCreateStatic(hear, "hear", 128, NULL, 2, stack[0], &memory[0]);
+        xTaskCreateStatic(say, "say", 128, NULL, 1, stack[1], &memory[1]);
+        vTaskStartScheduler();
+        for (;;) {}
+    }
+    """
+    assert sent(tmp_path, source, 8) == [
+        (0, 0x55), (0, 0x50), (2, 0x40), (3, 0x12), (3, 0x11), (3, 0x51), (5, 0x52), (5, 0x03), (5, 0x53), (5, 0x54),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("clear", "second"), [("pdTRUE", 0x70), ("pdFALSE", 0x72)])
+def test_bits_serve_all_who_wait_for_them_and_are_then_cleared(tmp_path, clear, second):
+    source = """
+    static EventGroupHandle_t group;
+    static void wait(void *given) {
+        int number = *(int *)given;
+        if (xEventGroupWaitBits(group, 0x3, CLEAR, pdFALSE, portMAX_DELAY)) put(0x60 + number);
+        vTaskDelete(NULL);
+    }
+    static void set(void *unused) {
+        vTaskDelay(1);
+        xEventGroupSetBits(group, 0x4);
+        put(0x6F);
+        vTaskDelay(1);
+        xEventGroupSetBits(group, 0x2);
+        put(0x70 + (int)(xEventGroupGetBits(group) & 0x3));
+        vTaskDelete(NULL);
+    }
+    int main(void) {
+        static int numbers[2] = {2, 3};
+        group = xEventGroupCreate();
+        xTaskCreate(wait, "two", 128, &numbers[0], 2, NULL);
+        xTaskCreate(wait, "three", 128, &numbers[1], 2, NULL);
+        xTaskCreate(set, "set", 128, NULL, 1, NULL);
+        vTaskStartScheduler();
+        for (;;) {}
+    }
+    """
+    told = sent(tmp_path, source.replace("CLEAR", clear), 4)
+    assert told == [(1, 0x6F), (2, 0x62), (2, 0x63), (2, second)]
