@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from bench.errors import UsageError
 from bench.io.address import can_address, serial_address
+from bench.io.can_port import open_can
+from bench.io.serial_port import open_serial
 from bench.rc.line import Settings
 
 
@@ -109,7 +111,7 @@ def test_wrong_serial_addresses(text, tells):
         ("can:slcan:/dev/x@9", "expected a bitrate"),
         ("can:slcan:/dev/x?ttyBaudrate=1", "takes no ?ttyBaudrate="),
         ("can:slcan:sim:", "hangs on a serial line"),
-        ("can:slcan:COM3", "expected sim:"),
+        ("can:slcan:COM3", "expected pty:, serial:"),
         ("pty:", "expected sim:"),
     ],
 )
@@ -118,6 +120,18 @@ def test_wrong_can_addresses(text, tells):
         can_address("--can", text)
     assert tells in str(told.value)
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["sim:", "sim", "simm:", "can0", "can::can0", "can:virtual:", "tty:", "", "can:slcan:x"]
+)
+def test_a_wire_that_leaves_the_process_is_offered_none_that_stays_in_it(text):
+    for opens in (open_can, open_serial):
+        with pytest.raises(UsageError) as told:
+            opens("address", text)
+        _, expected, kinds = str(told.value).partition("expected ")
+        assert expected
+        assert "sim:" not in kinds
 
 
 STARTS = ("", "can:slcan:", "can:udp_multicast:", "serial:", "socket://", "pty:", "listen://")

@@ -21,8 +21,9 @@ ONLY_IN = {
     "time": ("io/clock.py",),
     "datetime": (),
     "random": ("check/faulty/",),  # a seeded generator for each fault
-    # Which thread may catch signals; and a bus whose nodes may be in any thread of somebody else's program.
-    "threading": ("cli/headless.py", "io/timed_can.py"),
+    # Which thread may catch signals; a bus whose nodes may be in any thread of somebody else's program; and a library's
+    # call that may never come back.
+    "threading": ("cli/headless.py", "io/timed_can.py", "io/kinds/socketcand.py"),
     "signal": ("cli/headless.py", "tui.py", "io/forked.py", "check/crowd.py"),
     "_signal": ("cli/interrupt.py",),  # before there has been time to read `signal`
     "asyncio": ("screen/web.py",),  # whose turn it is, among pages; nothing of the bench

@@ -448,8 +448,15 @@ def test_emulate_says_where_it_is_what_it_hears_and_stops_by_ctrl_c(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "status", "tells"),
     [
-        (("escs", "pty:"), 2, "expected sim:, can:slcan"),
-        (("escs", "sim:"), 2, "emulate: sim: is inside the process, where nobody else can meet it"),
+        (("escs", "pty:"), 2, "expected can:slcan"),
+        (("escs", "sim:"), 2, "sim: is inside the process, where nobody else can meet it; expected can:slcan"),
+        (("base", "sim:"), 2, "sim: is inside the process, where nobody else can meet it; expected pty:"),
+        (
+            ("slcan", "--bus", "sim:"),
+            2,
+            "sim: is inside the process, where nobody else can meet it; expected can:slcan",
+        ),
+        (("firmware", "--can", "can0"), 2, "--can can0: expected can:slcan"),
         (("base", "can:virtual:x"), 2, "is a CAN bus"),
         (("core", "pty:", "--twist", "fast"), 2, "expected VX,VY,OMEGA"),
         (("core", "pty:", "--twist", "nan,0,0"), 2, "expected numbers from -32767 to 32767"),

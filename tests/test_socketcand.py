@@ -1,5 +1,6 @@
 """`can:socketcand:` on the loopback: a server after socketcand's doc/protocol.md, python-can's client, or nobody."""
 
+import gc
 import socket
 import threading
 import time
@@ -10,7 +11,7 @@ import pytest
 from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
 from bench.io.clock import wait_ns
-from bench.io.kinds import bus_port
+from bench.io.kinds import bus_port, socketcand
 
 DEADLINE_S = 15.0
 PYTHON_CAN_S = 10.0
@@ -25,10 +26,12 @@ def until(holds):
 
 
 class Server:
-    """The modes NO_BUS and RAW of the protocol, for one client after the other; `greeting` is what it says first."""
+    """The modes NO_BUS and RAW of the protocol, for one client after the other. It says `greeting` first, ok to the
+    `answers`, and to anything else `refusal`.
+    """
 
-    def __init__(self, number=0, greeting=b"< hi >"):
-        self.greeting = greeting
+    def __init__(self, number=0, greeting=b"< hi >", answers=(b"open can0", b"rawmode"), refusal=b""):
+        self.greeting, self.answers, self.refusal = greeting, answers, refusal
         self.heard = []
         self.client = None
         self.listener = socket.create_server(("127.0.0.1", number))
@@ -46,6 +49,7 @@ class Server:
                 self.talk(client)
 
     def talk(self, client):
+        self.client = client
         if self.greeting:
             client.sendall(self.greeting)
         said = b""
@@ -54,10 +58,9 @@ class Server:
             while b">" in said:
                 word, _, said = said.partition(b">")
                 self.heard.append(word.strip(b"< "))
-                if self.heard[-1] in (b"open can0", b"rawmode"):
-                    client.sendall(b"< ok >")
-                if self.heard[-1] == b"rawmode":
-                    self.client = client
+                answer = b"< ok >" if self.heard[-1] in self.answers else self.refusal
+                if answer:
+                    client.sendall(answer)
 
     @staticmethod
     def received(client):
@@ -107,6 +110,81 @@ def test_a_host_that_says_nothing_is_not_waited_for(monkeypatch):
     monkeypatch.setattr(bus_port, "CONNECT_S", 0.1)
     with server(greeting=b"") as silent, pytest.raises(SurroundingsError, match=r"\(timed out\); start it there"):
         open_can("--can", at(silent.number))
+
+
+def openers():
+    return [thread for thread in threading.enumerate() if thread.name == "socketcand"]
+
+
+@pytest.fixture
+def refused(monkeypatch):
+    """What a server's refusal says. python-can leaves its socket to the garbage collector then; it comes here."""
+
+    monkeypatch.setattr(bus_port, "CONNECT_S", DEADLINE_S)
+
+    def said(**options):
+        with server(**options) as refusing:
+            address = at(refusing.number)
+            with pytest.raises(SurroundingsError) as told:
+                open_can("--can", address)
+            text = str(told.value)
+            until(lambda: b"open can0" in refusing.heard)
+        assert text.startswith(f"--can {address}: socketcand at 127.0.0.1:{refusing.number} greets")
+        return text
+
+    yield said
+    until(lambda: not openers())
+    gc.collect()
+
+
+LEFT_OPEN = pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")
+
+
+@LEFT_OPEN
+@pytest.mark.parametrize("answers", [(), (b"open can0",)])
+def test_a_server_that_stalls_after_its_greeting_is_not_waited_for(monkeypatch, refused, answers):
+    within = socketcand.Opening.within
+    monkeypatch.setattr(socketcand.Opening, "within", lambda self, _, make: within(self, 0.05, make))
+    text = refused(answers=answers)
+    assert text.endswith("greets and then says nothing; restart it there, with can0 among its buses")
+
+
+@LEFT_OPEN
+def test_a_server_that_does_not_know_the_bus_is_told_what_it_said(refused):
+    text = refused(answers=(), refusal=b"< error could not open bus >")
+    assert "greets, but no more (Expected '< ok >' got: '< error could not open bus >')" in text
+
+
+def test_a_stalled_opening_is_tried_once_and_taken_up_when_it_comes():
+    """A thread that hangs cannot be ended: there is never a second one."""
+    wait, asked = threading.Event(), []
+
+    class Bus:
+        shut = False
+
+        def shutdown(self):
+            self.shut = True
+
+    def make():
+        asked.append(Bus())
+        wait.wait(DEADLINE_S)
+        return asked[-1]
+
+    opening = socketcand.Opening()
+    for _ in range(3):
+        with pytest.raises(TimeoutError):
+            opening.within(0.001, make)
+    assert (len(asked), len(openers())) == (1, 1)
+    wait.set()
+    assert opening.within(DEADLINE_S, make) is asked[0]
+    assert not asked[0].shut
+    wait.clear()
+    with pytest.raises(TimeoutError):
+        opening.within(0.001, make)
+    opening.give_up()
+    wait.set()
+    until(lambda: not openers())
+    assert [bus.shut for bus in asked] == [False, True], "what nobody wants any more is closed"
 
 
 def test_another_service_on_that_port_is_named():

@@ -140,7 +140,6 @@ def _escs(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.io.emulated.devices import EscsOnBus
 
     robot = load_robot(args.robot)
-    _refuse_sim(args.address)
     bus = open_can("address", args.address)
     ids = ", ".join(str(wheel.can_id) for wheel in robot.wheels)
     what = f"{robot.motor.kind} ESCs {ids} of {robot.name} on"
@@ -155,7 +154,6 @@ def _slcan(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.io.kinds.crossed import crossed
     from bench.io.serial_port import open_serial
 
-    _refuse_sim(args.address)
     if args.arm and args.bus is None:
         raise UsageError("--arm: goes with --bus; behind an adapter without one there is nothing real that could move")
     robot = load_robot(args.robot) if args.robot is not None else None
@@ -179,9 +177,8 @@ def _slcan_to_bus(args: argparse.Namespace, robot: Robot | None) -> tuple[list[D
     from bench.io.limiter import Limiter, refuse_unarmed
     from bench.io.serial_port import open_serial
 
-    _refuse_sim(args.bus)
     refuse_unarmed("--bus", args.bus, args.arm)
-    if robot is None and not can_address("--bus", args.bus).is_harmless:
+    if robot is None and not can_address("--bus", args.bus, outside=True).is_harmless:
         raise UsageError(
             f"--bus {args.bus}: nothing says what motors there may take; add --robot, whose current limit then holds"
         )
@@ -201,7 +198,6 @@ def _base(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.io.emulated.devices import BaseOnLine
     from bench.io.serial_port import open_serial
 
-    _refuse_sim(args.address)
     robot = load_robot(args.robot)
     line = open_serial("address", args.address)
     return [BaseOnLine(robot, line)], _told(f"SLAMWARE base {robot.name} on", args.address, line.where, line.note)
@@ -216,8 +212,6 @@ def _firmware(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]
     from bench.io.serial_port import open_serial
     from bench.rc.line import USUAL
 
-    for address in (args.can, args.rc, args.slamware):
-        _refuse_sim(address)
     robot = load_robot(args.robot)
     if args.rc and robot.rc is None:
         raise UsageError(f"--rc: {robot.name} takes no RC; leave it out, or take a robot whose file has an rc")
@@ -236,7 +230,6 @@ def _core(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]]:
     from bench.io.emulated.devices import CoreOnLine
     from bench.io.serial_port import open_serial
 
-    _refuse_sim(args.address)
     if args.poll_ms < 1:
         raise UsageError(f"--poll-ms {args.poll_ms}: expected 1 or more")
     twists = _twists(args.twist, args.source)
@@ -250,7 +243,6 @@ def _receiver(args: argparse.Namespace) -> tuple[list[Device], dict[str, object]
     from bench.io.serial_port import open_serial
     from bench.rc.line import USUAL
 
-    _refuse_sim(args.address)
     profile = load_profile(args.profile) if args.profile is not None else _usual_profile(args.protocol)
     frames = _frames(args.source, profile)
     settings = USUAL[profile.protocol]
@@ -275,13 +267,6 @@ _BUILD: Mapping[str, Callable[[argparse.Namespace], tuple[list[Device], dict[str
 def _told(what: str, address: str, where: str, note: str) -> dict[str, object]:
     """The first line: for people its values in order, for programs by name."""
     return {"what": what, "where": where or address, "note": f"({note})" if note else ""}
-
-
-def _refuse_sim(address: str | None) -> None:
-    from bench.errors import UsageError
-
-    if address == "sim:":
-        raise UsageError("sim: is inside the process, where nobody else can meet it; try pty: or can:udp_multicast:...")
 
 
 def _twists(twist: str | None, source: Path | None) -> dict[int, BodyTwist]:

@@ -27,8 +27,8 @@ from bench.rc.line import Settings
 
 CAN_BITRATE = 1_000_000
 """Of the C610 and DM3519: what a bus has where its address says nothing."""
-SERIAL_KINDS = "sim:, pty:, serial:/dev/NAME?baud=N, socket://HOST:PORT or listen://HOST:PORT"
-CAN_KINDS = "sim:, can:slcan:/dev/NAME@1000000, can:socketcan:can0, can:virtual:NAME or can:udp_multicast:239.74.163.2"
+SERIAL_KINDS = "pty:, serial:/dev/NAME?baud=N, socket://HOST:PORT or listen://HOST:PORT"
+CAN_KINDS = "can:slcan:/dev/NAME@1000000, can:socketcan:can0, can:virtual:NAME or can:udp_multicast:239.74.163.2"
 
 
 class SerialAddress(NamedTuple):
@@ -70,13 +70,18 @@ class CanAddress(NamedTuple):
         return self.interface in ("sim", "virtual", "wheelbench")
 
 
-def serial_address(name: str, text: str) -> SerialAddress:
-    """Read the address of a serial line; `name` is what the user calls the wire. Raises UsageError in one sentence."""
+def serial_address(name: str, text: str, *, outside: bool = False) -> SerialAddress:
+    """Read the address of a serial line; `name` is what the user calls the wire. Raises UsageError in one sentence.
+
+    `outside`: somebody else shall be at its other end, so it is not `sim:`, and nobody is offered that.
+    """
     if text == "sim:":
+        _refuse_inside(name, outside, SERIAL_KINDS)
         return SerialAddress("sim")
+    kinds = SERIAL_KINDS if outside else f"sim:, {SERIAL_KINDS}"
     scheme, colon, rest = text.partition(":")
     if scheme == "can":
-        raise UsageError(f"{name} {text}: is a CAN bus, and this wire is a serial line; expected {SERIAL_KINDS}")
+        raise UsageError(f"{name} {text}: is a CAN bus, and this wire is a serial line; expected {kinds}")
     if not colon and text.startswith("/"):
         raise UsageError(f"{name} {text}: does not say what it is; try serial:{text}")
     if scheme == "pty" and "?" not in rest:
@@ -85,21 +90,24 @@ def serial_address(name: str, text: str) -> SerialAddress:
         return _device(name, text, rest)
     if scheme in ("socket", "listen"):
         return _network(name, text, scheme, rest)
-    raise UsageError(f"{name} {text}: expected {SERIAL_KINDS}{_meant(scheme, ('sim', 'pty', 'serial', 'socket'))}")
+    known = ("pty", "serial", "socket", "listen") if outside else ("sim", "pty", "serial", "socket", "listen")
+    raise UsageError(f"{name} {text}: expected {kinds}{_meant(scheme, known)}")
 
 
-def can_address(name: str, text: str) -> CanAddress:
-    """Read the address of a CAN bus; `name` is what the user calls the wire. Raises UsageError in one sentence."""
+def can_address(name: str, text: str, *, outside: bool = False) -> CanAddress:
+    """Read the address of a CAN bus; as `serial_address`. Raises UsageError in one sentence."""
     if text == "sim:":
+        _refuse_inside(name, outside, CAN_KINDS)
         return CanAddress("sim")
+    kinds = CAN_KINDS if outside else f"sim:, {CAN_KINDS}"
     scheme, _, rest = text.partition(":")
     interface, colon, rest = rest.partition(":")
     if scheme != "can" or not interface or not colon:
-        raise UsageError(f"{name} {text}: expected {CAN_KINDS}")
+        raise UsageError(f"{name} {text}: expected {kinds}")
     rest, options = _options(name, text, rest)
     rest, bitrate = _bitrate(name, text, rest)
     if not rest:
-        raise UsageError(f"{name} {text}: names no channel; expected {CAN_KINDS}")
+        raise UsageError(f"{name} {text}: names no channel; expected {kinds}")
     if interface == "slcan":
         line = _adapters_line(name, text, rest, options)
         return CanAddress(interface, rest, bitrate or CAN_BITRATE, options, line, text)
@@ -108,13 +116,17 @@ def can_address(name: str, text: str) -> CanAddress:
     return CanAddress(interface, rest, bitrate, options, None, text)
 
 
+def _refuse_inside(name: str, outside: bool, kinds: str) -> None:
+    if outside:
+        raise UsageError(f"{name}: sim: is inside the process, where nobody else can meet it; expected {kinds}")
+
+
 def _adapters_line(name: str, text: str, rest: str, options: Mapping[str, object]) -> SerialAddress:
     if options:
         raise UsageError(f"{name} {text}: an SLCAN adapter takes no ?{next(iter(options))}=; give only @BITRATE")
-    line = serial_address(name, f"serial:{rest}" if rest.startswith("/") else rest)
-    if line.is_sim:
+    if rest == "sim:":
         raise UsageError(f"{name} {text}: an adapter hangs on a serial line; try can:slcan:/dev/ttyACM0@1000000")
-    return line
+    return serial_address(name, f"serial:{rest}" if rest.startswith("/") else rest, outside=True)
 
 
 def _keep_here(name: str, text: str, options: dict[str, str | int | bool]) -> None:

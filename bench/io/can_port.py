@@ -86,11 +86,11 @@ class CanPort(Protocol):
 
 
 def open_can(name: str, address: str | CanAddress) -> CanPort:
-    """Open a CAN bus. Raises UsageError for an address that is none, SurroundingsError where this machine cannot do it
-    now; ValueError for `sim:`, which has no port.
+    """Open a CAN bus. Raises UsageError for an address that is none or `sim:`, which has no port;
+    SurroundingsError where this machine cannot do it now.
     """
     if isinstance(address, str):
-        address = can_address(name, address)
+        address = can_address(name, address, outside=True)
     if address.is_sim:
         raise ValueError(f"{name}: a bus inside the process has no port")
     title = f"{name} {address.text}"

@@ -17,13 +17,17 @@ _WORDS = struct.Struct(">hhhh")
 
 def refuse_unarmed(option: str, address: str, armed: bool) -> None:
     """Raise UsageError where real motors may hang on a bus and nobody has said that they may move."""
-    if not armed and not can_address(option, address).is_harmless:
+    if not armed and not can_address(option, address, outside=True).is_harmless:
         raise UsageError(f"{option} {address}: may move real motors; lift the robot off the floor and add --arm")
 
 
 def refuse_arming_by_link(option: str, address: str, robot: Robot) -> None:
     """Raise UsageError where the robot's transmitter would arm real motors by being there."""
-    if robot.rc is not None and robot.rc.arming != "switch" and not can_address(option, address).is_harmless:
+    if (
+        robot.rc is not None
+        and robot.rc.arming != "switch"
+        and not can_address(option, address, outside=True).is_harmless
+    ):
         raise UsageError(
             f"{option} {address}: the profile {robot.rc.name} arms by its link alone; give one with a switch"
         )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 
 from bench import rc_decode
+from bench.io.address import serial_address
 from bench.io.serial_port import SerialPort, open_serial
 from bench.rc.line import USUAL
 
@@ -92,4 +93,4 @@ def open_receiver(address: str, protocol: str) -> Receiver:
 
     Raises UsageError, SurroundingsError.
     """
-    return Receiver(open_serial("--rc", address, USUAL[protocol]), protocol)
+    return Receiver(open_serial("--rc", serial_address("--rc", address), USUAL[protocol]), protocol)

@@ -55,11 +55,11 @@ class SerialPort(Protocol):
 
 
 def open_serial(name: str, address: str | SerialAddress, settings: Settings = EIGHT_N_ONE) -> SerialPort:
-    """Open a serial line; `settings` hold where the address names none. Raises UsageError for an address that is none,
-    SurroundingsError where this machine cannot do it now; ValueError for `sim:`, which has no port.
+    """Open a serial line; `settings` hold where the address names none. Raises UsageError for an address that is none
+    or `sim:`, which has no port; SurroundingsError where this machine cannot do it now.
     """
     if isinstance(address, str):
-        address = serial_address(name, address)
+        address = serial_address(name, address, outside=True)
     title = f"{name} {address.text}"
     if address.kind == "pty":
         return PtyPort(title, address.place)

@@ -8,6 +8,7 @@ import socket
 from collections import deque
 from collections.abc import Sequence
 from difflib import get_close_matches
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from bench.errors import SurroundingsError, UsageError
@@ -52,6 +53,7 @@ class BusPort(Revivable):
         self._echoes: deque[CanFrame] | None = None
         if address.interface == "udp_multicast":
             self._echoes = deque(maxlen=MOST_ECHOES)
+        self._opening = socketcand.Opening() if address.interface == "socketcand" else None
         self._timeout_s = CONNECT_S
         self._open()
         self._timeout_s = RECONNECT_S
@@ -103,6 +105,8 @@ class BusPort(Revivable):
     def close(self) -> None:
         """Shut the bus down."""
         self._release()
+        if self._opening is not None:
+            self._opening.give_up()
 
     def _take(self, message: can.Message, frames: list[CanFrame]) -> None:
         if message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd:
@@ -142,12 +146,13 @@ class BusPort(Revivable):
         options: dict[str, Any] = dict(address.options)
         if address.bitrate is not None or address.interface not in _UNTIMED:
             options.setdefault("bitrate", address.bitrate or CAN_BITRATE)
-        if address.interface == "socketcand":
+        if self._opening is not None:
             socketcand.ask(self.name, options, self._timeout_s)
         try:
             if address.interface == "socketcan":
                 _ask_kernel(address.channel)
-            self._bus = can.Bus(interface=address.interface, channel=address.channel, **options)
+            make = partial(can.Bus, interface=address.interface, channel=address.channel, **options)
+            self._bus = make() if self._opening is None else self._opening.within(self._timeout_s, make)
         except Exception as error:  # anything at all, from a missing library's NameError on
             raise _refusal(self.name, address, error) from None
 
@@ -195,6 +200,10 @@ def _trouble(address: CanAddress, error: Exception, said: str) -> str:
             return "this kernel has no SocketCAN; use can:slcan:/dev/ttyACM0 with the adapter"
         up = f"sudo ip link set {address.channel} up type can bitrate {address.bitrate or CAN_BITRATE}"
         return f"{address.channel} cannot be used ({said}); bring it up: {up}"
+    if interface == "socketcand":
+        where = f"{address.options['host']}:{address.options['port']}"
+        what = "greets and then says nothing" if isinstance(error, TimeoutError) else f"greets, but no more ({said})"
+        return f"socketcand at {where} {what}; restart it there, with {address.channel} among its buses"
     if interface == "udp_multicast" and "msgpack" in said:
         return "needs msgpack; try: pip install 'wheelbench[multicast]'"
     if interface == "udp_multicast":
