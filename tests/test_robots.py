@@ -316,9 +316,21 @@ def test_eight_driven_wheels_take_two_command_frames_and_drive(my_robot):
     assert rig.believed == pytest.approx(rig.truth, abs=2e-3)
 
 
+@pytest.mark.parametrize(("name", "ratio"), [("m2006", (36, 1)), ("dm3519", (3591, 187))])
+def test_a_wheel_without_a_gear_has_its_motors(tmp_path, name, ratio):
+    """By the makers: P36 of the M2006, and the teeth of the DM3519 (docs/dm3519.md)."""
+    shipped = robot_path(name).read_text()
+    mine = tmp_path / "mine.toml"
+    mine.write_text(re.sub(r"^gear = .*\n", "", shipped, flags=re.MULTILINE))
+    robot = load_robot(mine)
+    assert [wheel.gear for wheel in robot.wheels] == [ratio[0] / ratio[1]] * len(robot.wheels)
+    assert robot.wheels == load_robot(name).wheels
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        (EXAMPLE.replace('kind = "c610"', 'kind = "c620"'), r"motor.kind: 'c620' is unknown; did you mean c610"),
         (eight_wheels(9), "wheel: a CAN bus has the ids 1 to 8, got 9 wheels"),
         (EXAMPLE.replace("can_id = 8", "can_id = 9"), r"wheel\[4\].can_id: expected 1 to 8"),
         (EXAMPLE.replace("can_id = 8", "can_id = 4"), "wheel.can_id: 4 is given to more than one wheel"),

@@ -12,6 +12,7 @@ from bench.config.table import ConfigError, Table, nearest, read_toml
 from bench.config.values import (
     CONTROL_KINDS,
     DM3519_CHOICES,
+    MOTOR_GEARS,
     ODOMETRY_FORMS,
     Axis,
     Body,
@@ -68,7 +69,9 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
     entries = data.tables("wheel")
     if len(entries) > MOST_WHEELS:
         raise data.fail("wheel", f"a CAN bus has the ids 1 to {MOST_WHEELS}, got {len(entries)} wheels")
-    wheels = tuple(map(_read_wheel, entries))
+    # A kind that nobody knows is told by the checks, which see the whole robot.
+    gear = MOTOR_GEARS.get(motor.kind, 1.0)
+    wheels = tuple(_read_wheel(entry, gear) for entry in entries)
     body = data.table("body").into(Body)
     rc = data.get("rc", str, None)
     if profile is None and rc is not None:
@@ -151,12 +154,12 @@ def _read_dm3519(data: Table, motor: Motor) -> Dm3519 | None:
     return chosen
 
 
-def _read_wheel(entry: Table) -> Wheel:
+def _read_wheel(entry: Table, usual_gear: float) -> Wheel:
     """A driven wheel: where it stands, its motor's wire, its rollers and its gear."""
     wheel = _read_any_wheel(
         entry,
         roller_rad=math.radians(entry.get("roller_deg", float, 0.0)),
-        gear=entry.get("gear", float, 36.0),
+        gear=entry.get("gear", float, usual_gear),
     )
     if abs(math.cos(wheel.roller_rad)) < 1e-3:
         raise entry.fail("roller_deg", "a roller axis across the wheel cannot drive; expected less than 90 degrees")

@@ -8,7 +8,9 @@ from pathlib import Path
 from bench.fittings import Fittings
 
 PROTOCOLS = ("uart12", "sbus", "dbus", "ibus", "crsf")
-MOTOR_KINDS = ("c610", "dm3519")
+MOTOR_GEARS = {"c610": 36.0, "dm3519": 3591 / 187}
+"""Of the motor that is sold with it: the M2006 of a C610, and the DM3519 by its maker's count of teeth."""
+MOTOR_KINDS = tuple(MOTOR_GEARS)
 ON_COMMAND_LOSS = {"c610": ("hold", "zero"), "dm3519": ("hold", "zero", "fault")}
 DM3519_CHOICES = {"feedback": ("temperatures", "error"), "clear_error": ("long", "short")}
 SPEED_LOOP, EXACT = "speed-loop", "exact"
@@ -54,6 +56,7 @@ class Wheel:
     direction: int = 1
     roller_rad: float = 0.0
     gear: float = 36.0
+    """A robot file without one has its motor's, of `MOTOR_GEARS`."""
 
 
 @dataclass(frozen=True, slots=True)
