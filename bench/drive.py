@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from bench.config import Axis, Button, Profile, Robot
+from bench.config import Axis, Profile, Robot
 from bench.kinematics import rotate_into_body
 from bench.link import COMMANDING, LIVE, LOST, NEUTRAL, NEVER_SEEN, RcLink
 from bench.messages import ZERO_TWIST, BodyTwist, RcFrame
@@ -113,7 +113,11 @@ class Drive:
         self.sticks = sticks
         self._stick_twist = self._from_sticks(*sticks)
         before = self._pressed
-        self._pressed = pressed = (_pressed(channels, profile.aux1), _pressed(channels, profile.aux2))
+        aux1, aux2 = profile.aux1, profile.aux2
+        self._pressed = pressed = (
+            aux1 is not None and aux1.is_pressed(channels),
+            aux2 is not None and aux2.is_pressed(channels),
+        )
         if profile.arming == "on_link":
             if not self.armed and state == LIVE:
                 self._arm(tick, heading_rad)
@@ -217,10 +221,3 @@ def _stick(channels: tuple[int, ...], axis: Axis, profile: Profile) -> float:
     size = min(1.0, (size - profile.dead_band) / (1.0 - profile.dead_band))
     size = (1.0 - profile.expo) * size + profile.expo * size * size * size
     return math.copysign(size, value)
-
-
-def _pressed(channels: tuple[int, ...], button: Button | None) -> bool:
-    if button is None or button.channel >= len(channels):
-        return False
-    raw = channels[button.channel]
-    return raw <= button.pressed_from if button.reversed else raw >= button.pressed_from

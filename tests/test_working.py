@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from dataclasses import replace
 
 import pytest
@@ -19,7 +20,7 @@ from bench.check.sources import from_recording, from_scenario
 from bench.config import load_robot
 from bench.io.history import mark_of
 from bench.screen.dialog import Dialog, Item, fits
-from bench.screen.fault_list import known_faults
+from bench.screen.fault_list import known_faults, table_text
 from bench.screen.layout import Place
 from bench.screen.palette import ACTIONS, HINT
 from bench.screen.remembered import settings_path
@@ -843,6 +844,28 @@ def test_settings_that_cannot_be_saved_are_told(tmp_path):
     file = SettingsFile(tmp_path / "file" / "settings.toml")
     file.change(robot="omni4")
     assert "cannot be saved" in file.save()
+
+
+@pytest.mark.parametrize("name", ["a\x7fb", 'say "no"', "ü\n", "\\"])
+def test_settings_with_any_name_are_read_back(tmp_path, name):
+    file = SettingsFile(tmp_path / "settings.toml")
+    file.change(record_dir=name)
+    assert file.save() == ""
+    again = SettingsFile(file.path)
+    assert (again.why, again.values) == ("", Settings(record_dir=name))
+
+
+def test_settings_with_a_name_that_is_no_text_are_told(tmp_path):
+    """As the file system hands over a folder whose name is not UTF-8."""
+    file = SettingsFile(tmp_path / "settings.toml")
+    file.change(record_dir=os.fsdecode(b"caf\xe9"))
+    assert "the settings cannot be saved (record_dir: half a character" in file.save()
+    assert not file.path.exists()
+
+
+def test_a_faults_table_is_what_it_was_when_it_is_read_back():
+    values = {"name": "by hand\x7f", "wire": "rc", "kind": "delay", "ms": 100, "at_s": 0.3, "for_s": 1e-7}
+    assert tomllib.loads(table_text(values)) == {"fault": [values]}
 
 
 def test_the_place_is_that_of_the_xdg_specification(monkeypatch, tmp_path):

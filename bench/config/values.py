@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -191,6 +192,13 @@ class Button:
     channel: int
     pressed_from: int
     reversed: bool = False
+
+    def is_pressed(self, channels: Sequence[int]) -> bool:
+        """Whether raw channels say so; what has no such channel does not."""
+        if self.channel >= len(channels):
+            return False
+        raw = channels[self.channel]
+        return raw <= self.pressed_from if self.reversed else raw >= self.pressed_from
 
 
 @dataclass(frozen=True, slots=True)

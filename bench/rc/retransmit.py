@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bench.config import Axis, Button, Profile
+from bench.config import Axis, Profile
 from bench.messages import TICK_US, RcFrame
 from bench.rc.transmitter import Sticks, Transmitter
 from bench.rc_decode import decoder
@@ -45,18 +45,11 @@ def sticks_of(channels: tuple[int, ...], profile: Profile) -> Sticks:
         forward=_deflection(channels, profile.forward),
         left=0.0 - _deflection(channels, profile.right),
         turn=0.0 - _deflection(channels, profile.clockwise),
-        aux1=_pressed(channels, profile.aux1),
-        aux2=_pressed(channels, profile.aux2),
+        aux1=profile.aux1 is not None and profile.aux1.is_pressed(channels),
+        aux2=profile.aux2 is not None and profile.aux2.is_pressed(channels),
     )
 
 
 def _deflection(channels: tuple[int, ...], axis: Axis) -> float:
     value = (channels[axis.channel] - axis.middle) / axis.travel
     return max(-1.0, min(1.0, -value if axis.reversed else value))
-
-
-def _pressed(channels: tuple[int, ...], button: Button | None) -> bool:
-    if button is None:
-        return False
-    raw = channels[button.channel]
-    return raw <= button.pressed_from if button.reversed else raw >= button.pressed_from

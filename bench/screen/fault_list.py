@@ -5,7 +5,6 @@ A fault is kept as its `[[fault]]` table, so that a recording's scenario.toml sa
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeAlias
@@ -13,6 +12,7 @@ from typing import TypeAlias
 from bench.check.faults import KINDS, Fault, read_fault
 from bench.check.faulty import Injector
 from bench.config import ConfigError, Robot, Table
+from bench.config.emit import toml_text
 from bench.loop import Bench
 
 Values: TypeAlias = Mapping[str, str | int | float]
@@ -61,8 +61,8 @@ def fault_at(bench: Bench, values: Values, number: int, seconds: float) -> tuple
 
 
 def table_text(values: Mapping[str, object]) -> str:
-    """A `[[fault]]` table as TOML: text and numbers, as JSON writes them too."""
-    return "[[fault]]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
+    """A `[[fault]]` table as TOML."""
+    return toml_text({"fault": [values]})
 
 
 def _variants(robot: Robot, wire: str, kind: str) -> list[tuple[str, Values]]:

@@ -11,7 +11,6 @@ A file that cannot be right is a sentence and the defaults; it is then left as i
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -57,12 +56,16 @@ class SettingsFile:
         """Write what has changed; a sentence where that cannot be done. A damaged file is not written over."""
         if self.why or self.values == self._on_disk:
             return ""
-        lines = (f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in asdict(self.values).items())
+        from bench.config.emit import toml_text
+
         beside = self.path.with_suffix(f".{os.getpid()}")
         try:
+            text = toml_text(asdict(self.values))
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            beside.write_text("".join(lines), encoding="utf-8")
+            beside.write_text(text, encoding="utf-8")
             beside.replace(self.path)
+        except UsageError as error:
+            return f"{self.path}: the settings cannot be saved ({error})"
         except OSError as error:
             return f"{self.path}: the settings cannot be saved ({error.strerror})"
         self._on_disk = self.values
