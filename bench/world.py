@@ -50,6 +50,12 @@ class SimulatedMotors:
         return feedback if self.instruments is None else feedback + self.instruments.step()
 
 
+def noise_of(motors: Motors) -> Noise:
+    """What a scenario's [noise] does to their feedback."""
+    noisy = motors.noise if isinstance(motors, SimulatedMotors) else None
+    return noisy.noise if noisy is not None else SILENT
+
+
 class RecordedMotors:
     """Feedback frames of a recording in place of ESCs and plant; the plant only shadows the commands."""
 

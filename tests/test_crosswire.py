@@ -291,6 +291,23 @@ def test_who_sets_off_is_not_at_rest_whichever_frame_of_whatever_protocol_told_i
     assert texts(found) == []
 
 
+SHAKEN = "[noise]\nangle_counts = 2\n"
+
+
+def test_a_loop_that_answers_shaken_angles_is_not_blamed_unless_the_scenario_says_what_it_may_draw(run, tmp_path):
+    job = run(SHAKEN, seconds=3.5)
+    conduct(job, job.recorder(tmp_path / "run"))
+    found = job.checks.outcomes()[REST]
+    assert (found.ok, found.judged, shortcomings(job)) == (True, 0, [])
+    assert found.measured.startswith("not judged: the scenario's [noise] shakes the angles")
+    assert outcomes_of(Recording.open(tmp_path / "run"))[REST] == found
+    strict = outcomes(run(f"{SHAKEN}[checks.rest_current]\ncurrent_a = 0.01\n", seconds=3.5))[REST]
+    assert not strict.ok
+    assert outcomes(run(f"{SHAKEN}[checks.rest_current]\ncurrent_a = 1.0\n", seconds=3.5))[REST].judged >= 1
+    late = outcomes(run("[noise]\nlate_ticks = 3\nloss = 0.01\n", seconds=3.5))[REST]
+    assert (late.ok, late.judged >= 1) == (True, True)
+
+
 # --- answers ---------------------------------------------------------------------------------------------------------
 
 POLL = encode_frame(CONTROL_BUS, b"\x41" + bytes(12), STANDARD)

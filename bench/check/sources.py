@@ -137,7 +137,7 @@ def run_of(
         ),
         judge=_judge(scenario, bench),
         injector=_injector(scenario, bench),
-        checks=CrossWire(built, bench.state_columns, scenario.checks),
+        checks=CrossWire(built, bench.state_columns, scenario.checks, noise=scenario.noise),
         about=scenario.about,
         scenario=scenario.text if scenario.says_more else None,
     )
@@ -231,7 +231,13 @@ def from_recording(path: Path, *, recorded_can: bool = False, controller: str | 
         judge=_judge(scenario, bench) if scenario else None,
         injector=injector,
         # Beside recorded feedback the plant is a shadow, and knows nothing of those wheels.
-        checks=CrossWire(built, bench.state_columns, scenario.checks if scenario else None, truth=not recorded_can),
+        checks=CrossWire(
+            built,
+            bench.state_columns,
+            scenario.checks if scenario else None,
+            truth=not recorded_can,
+            noise=recording.noise,
+        ),
         scenario=read_bytes(recording.scenario_file) if recording.scenario_file else None,
     )
 

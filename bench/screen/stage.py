@@ -19,7 +19,7 @@ from bench.screen.keyboard import Keyboard
 from bench.screen.lamp import GoldenLamp
 from bench.screen.settings import SettingsFile
 from bench.screen.wire_lamps import WireLamps
-from bench.world import RecordedMotors
+from bench.world import RecordedMotors, noise_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class Show(NamedTuple):
 def to_drive(job: Run, keyboard: Keyboard, pacer: Pacer) -> Stage:
     """A run that a person drives; its wires are checked as in any other."""
     bench = job.bench
-    agree = WireLamps(CrossWire(bench.robot, bench.state_columns))
+    agree = WireLamps(CrossWire(bench.robot, bench.state_columns, noise=noise_of(bench.world.motors)))
     link = InlineLink(bench, keyboard.inputs, pacer, takers=[agree], remembers=True)
     link.witness = agree.touched
     return Stage(link, job, keyboard, agree=agree)

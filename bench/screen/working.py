@@ -33,7 +33,7 @@ from bench.screen.settings import SettingsFile
 from bench.screen.stage import Stage
 from bench.screen.tape import SLICE_TICKS, Tape, next_directory
 from bench.screen.wire_lamps import LEAD_TICKS, WireLamps
-from bench.world import RecordedMotors
+from bench.world import RecordedMotors, noise_of
 
 if TYPE_CHECKING:
     from bench.screen.session import Session
@@ -430,7 +430,8 @@ def _judge_from_here(link: InlineLink) -> WireLamps:
     """The checks of the wires for what comes: what they have seen of the run is no more."""
     bench, now = link.bench, link.now_tick
     lead = link.between(max(0, now - LEAD_TICKS), now)
-    return WireLamps(CrossWire(bench.robot, bench.state_columns), now, lead)
+    checks = CrossWire(bench.robot, bench.state_columns, noise=noise_of(bench.world.motors))
+    return WireLamps(checks, now, lead)
 
 
 def _by_hand(job: Run) -> Run:

@@ -15,26 +15,36 @@ from bench.check.crosswire.rest import RestJudge
 from bench.check.crosswire.settings import OFF, Checks
 from bench.config import Robot
 from bench.messages import TickOutput
+from bench.noise import SILENT, Noise
 
 MOST_FAULTS_NAMED = 3
 
 
 class CrossWire:
-    """The checks of one run, which begins at tick 0. Without `truth` the rows of state say nothing of these wires."""
+    """The checks of one run, which begins at tick 0.
+
+    Without `truth` the rows of state say nothing of these wires; `noise` is that of the run's feedback.
+    """
 
     def __init__(
-        self, robot: Robot, state_columns: Sequence[str], checks: Checks | None = None, *, truth: bool = True
+        self,
+        robot: Robot,
+        state_columns: Sequence[str],
+        checks: Checks | None = None,
+        *,
+        truth: bool = True,
+        noise: Noise = SILENT,
     ) -> None:
         self.checks = checks = checks or Checks()
         self._block: list[TickOutput] = []
         self._touches: dict[str, tuple[int, int]] = {}
         self._ledger = Ledger(checks.answers.within_ms)
         self._motion = MotionJudge(robot, state_columns, checks.motion, truth=truth)
-        self._rest = RestJudge(robot, state_columns, checks.rest_current)
+        self._rest = RestJudge(robot, state_columns, checks.rest_current, angles_shake=noise.angle_counts > 0)
         self._answers = AnswersJudge(checks.answers)
         self._bus = BusJudge(robot, checks.bus)
         self._runs_motion = checks.motion.state != OFF
-        self._runs_rest = checks.rest_current.state != OFF and truth
+        self._runs_rest = checks.rest_current.state != OFF and truth and not self._rest.is_excused
         self._runs_bus = checks.bus.state != OFF
 
     def join(self, lead: Sequence[TickOutput]) -> None:

@@ -19,7 +19,8 @@ def outcomes_of(recording: Recording) -> list[Outcome]:
     scenario = load_scenario(recording.scenario_file, alone=True) if recording.scenario_file else None
     # Beside real motors the plant is a shadow, and knows nothing of those wheels.
     truth = recording.info.role != "motors"
-    found = CrossWire(robot, recording.state_columns, scenario.checks if scenario else None, truth=truth)
+    checks = scenario.checks if scenario else None
+    found = CrossWire(robot, recording.state_columns, checks, truth=truth, noise=recording.noise)
     for tick, fault, wire in recording.touches:
         found.touched(tick, fault, wire)
     for out in as_outputs(recording):
