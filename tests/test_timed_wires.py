@@ -8,6 +8,7 @@ import pytest
 
 from bench.canbus.bits import frame_bits
 from bench.check.sources import from_recording, from_source
+from bench.check.summary import Summary
 from bench.cli.on_ports import prepared
 from bench.config import load_robot
 from bench.io.still import again, still
@@ -127,6 +128,21 @@ def test_other_nodes_take_room_and_say_nothing_to_the_base(tmp_path):
     assert more == pytest.approx(bits / 1e6, rel=0.02)
     assert {can_id for out in outs for can_id, _ in out.can_feedback} == {0x201, 0x202, 0x203}
     assert shared.bench.bus_findings == ()
+
+
+@pytest.mark.parametrize("baud", [115_200, 19_200])
+def test_a_request_that_takes_several_ticks_is_one_request(tmp_path, baud):
+    """As the core itself counts what it sends and hears; the last ones may be on their way at the end."""
+    job, outs = run(scenario(tmp_path, f"[wires]\nslamware_baud = {baud}\n[[core]]\nat_s = 0.1\nvx_mps = 0.2\n"))
+    assert sum(out.core_to_base != b"" for out in outs) > 1.4 * sum(job.bench.world.core.requests.values())
+    summary = Summary(len(job.bench.robot.wheels))
+    for at in range(0, len(outs), 7):
+        summary.extend(outs[at : at + 7])
+    frames = summary.facts(job)["frames"]
+    sent, heard = sum(job.bench.world.core.requests.values()), sum(job.bench.world.core.answers.values())
+    assert 0 <= sent - frames["core_requests"] <= 1
+    assert 0 <= frames["core_answers"] - heard <= 1
+    assert sent > 30
 
 
 def test_a_line_that_is_too_slow_loses_from_the_front():

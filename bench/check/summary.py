@@ -12,6 +12,7 @@ from bench.check.run import Run
 from bench.config import CONTROL_KINDS
 from bench.messages import StateRow, TickOutput
 from bench.odometry import wrap
+from bench.slamware.framing import FrameDecoder, SlamwareFrame
 
 X, Y, HEADING = 1, 2, 3  # places in a state row, after Bench.state_columns
 ODO = 7
@@ -42,6 +43,8 @@ class Summary:
     end: tuple[float, float, float] = (0.0, 0.0, 0.0)
     link_changes: list[tuple[float, str]] = field(default_factory=list)
     _last: StateRow | None = None
+    _to_base: FrameDecoder = field(default_factory=FrameDecoder)
+    _to_core: FrameDecoder = field(default_factory=FrameDecoder)
 
     def add(self, out: TickOutput) -> None:
         """Take one tick."""
@@ -55,8 +58,8 @@ class Summary:
         count = len(ticks)
         self.ticks += count
         self.rc_bytes += sum(map(len, rc))
-        self.core_requests += count - core_to_base.count(b"")
-        self.core_answers += count - base_to_core.count(b"")
+        self.core_requests += _whole(self._to_base, core_to_base)
+        self.core_answers += _whole(self._to_core, base_to_core)
         self.can_commands += sum(map(len, commands))
         self.can_feedback += sum(map(len, feedback))
         for row in states:
@@ -156,6 +159,11 @@ class Summary:
                 f"printed   the odometry is {info.odometry}; it ends {self.odometry_off_m:.2f} m and"
                 f" {math.degrees(self.odometry_off_rad):.0f} deg from the truth"
             )
+
+
+def _whole(decoder: FrameDecoder, pieces: Sequence[bytes]) -> int:
+    """How many frames these bytes complete: on a wire that takes its time one lasts several ticks."""
+    return sum(isinstance(event, SlamwareFrame) for event in decoder.feed(b"".join(pieces)))
 
 
 def _trouble(run: Run) -> Iterator[str]:
