@@ -380,7 +380,7 @@ def test_what_stands_in_the_way_is_refused(tmp_path):
     (tmp_path / "foreign" / "thesis.txt").write_text("ten years of work")
     (tmp_path / "file").write_text("")
     for name, sentence in {
-        "old": r"old: already holds a recording; give another directory or ask to overwrite it$",
+        "old": r"old: already holds a recording; give another directory, or --overwrite$",
         "foreign": r"foreign: already holds other files \(thesis\.txt\); give another",
         "file": r"file: is a file, and a recording is a directory; give another name$",
         "file/below": r"below: cannot be used for a recording \(Not a directory\); give a directory that you may write",

@@ -106,6 +106,15 @@ def test_a_replay_takes_it_with_its_golden_and_several_scenarios_do_not(capsys, 
     assert "--tolerance: goes with one source" in capsys.readouterr().err
 
 
+def test_a_replay_refuses_a_tolerance_before_it_runs(capsys, walk, tmp_path, monkeypatch):
+    monkeypatch.setattr("bench.cli.headless.execute", lambda *_, **__: pytest.fail("it ran"))
+    (tmp_path / "short.toml").write_text('schema = 1\nname = "short"\nseconds = 0.1\n')
+    assert main(["replay", str(tmp_path / "short.toml"), "--tolerance", "speed=4rpm"]) == 2
+    assert "--tolerance: there is nothing that the run is held against; add --golden DIR" in capsys.readouterr().err
+    assert main(["replay", str(walk), "--tolerance", "sped=4rpm"]) == 2
+    assert "no field is called 'sped'" in capsys.readouterr().err
+
+
 def test_a_golden_of_another_robot_is_refused_and_one_of_another_version_compared_with_a_note(capsys, walk, tmp_path):
     run(record=tmp_path / "other", robot="mecanum", **DRIVE)
     status, out, err = check(capsys, walk, tmp_path / "other")

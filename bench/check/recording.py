@@ -336,7 +336,7 @@ def _make_room(directory: Path, overwrite: bool) -> None:
         raise RecordingError(f"{directory}: holds a golden; record elsewhere and pin that run")
     if held and not overwrite:
         what = "a recording" if RUN_TOML in held else f"other files ({', '.join(held[:3])})"
-        raise RecordingError(f"{directory}: already holds {what}; give another directory or ask to overwrite it")
+        raise RecordingError(f"{directory}: already holds {what}; give another directory, or --overwrite")
     remove_recording(directory)
 
 

@@ -59,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
     from bench.check.golden import Told, told
     from bench.check.reading import Recording
     from bench.check.sources import from_source
+    from bench.check.tolerances import granted
     from bench.cli.headless import execute
     from bench.cli.many import sources_of, suite_of
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
@@ -84,12 +85,14 @@ def run(args: argparse.Namespace) -> int:
         odometry=args.odometry,
         arena=args.arena,
     )
+    if args.tolerance and args.golden is None and job.source is None:
+        raise UsageError("--tolerance: there is nothing that the run is held against; add --golden DIR")
     if args.role != "sim":
         return run_on_ports(args, job)
     # A recording is its own golden: run again from its inputs, it must come out the same.
     golden = args.golden or (job.source.directory if job.source else None)
     if golden is not None:
-        Recording.open(golden)  # refuse a wrong directory before the run, not after it
+        granted(args.tolerance, Recording.open(golden))  # refuse what is wrong before the run, not after it
         if args.record is not None and args.record.resolve() == golden.resolve():
             raise UsageError(f"--record {args.record}: is what the run is held against; record in another directory")
     comparison: Told | None = None
