@@ -5,14 +5,19 @@ from argparse import Namespace
 from itertools import pairwise
 
 import pytest
+from desk import Granted
 
 from bench.canbus.bits import frame_bits
 from bench.check.sources import from_recording, from_source
 from bench.check.summary import Summary
 from bench.cli.on_ports import prepared
 from bench.config import load_robot
+from bench.io.history import CoreJoins
+from bench.io.link import InlineLink
 from bench.io.still import again, still
+from bench.messages import TickInput
 from bench.rc.line import Settings
+from bench.rc.transmitter import Sticks, Transmitter
 from bench.timed.settings import Wires
 from bench.timed.timing import Timing
 from bench.timed.uart import Paced
@@ -64,6 +69,26 @@ def test_rc_bytes_arrive_as_their_line_brings_them(tmp_path):
     _, plain = run(scenario(tmp_path, name="plain.toml"))
     assert b"".join(out.rc for out in outs) == b"".join(out.rc for out in plain)[: sum(len(out.rc) for out in outs)]
     assert max(len(out.rc) for out in outs) <= 10 < max(len(out.rc) for out in plain)
+
+
+def test_rc_bytes_take_their_time_in_a_fork_of_a_recording_too(tmp_path):
+    """The recorded ones have been through the line. Whoever drives on from there has a transmitter before it again."""
+    run(scenario(tmp_path, "[wires]\n"), tmp_path / "run")
+    job = from_recording(tmp_path / "run")
+    robot = job.bench.robot
+    given = {
+        tick: data for tick in range(1200, 1400) if (data := Transmitter(robot.rc).step(tick, Sticks(forward=0.5)))
+    }
+    link = InlineLink(job.bench, job.inputs, Granted(), remembers=True)
+    link.run(1500)
+    link.see(1200)
+    link.fork(lambda tick: TickInput(given.get(tick, b"")))
+    link.join(CoreJoins())
+    link.run(200)
+    arrived = [out.rc for out in link.between(1200, 1400)]
+    assert max(map(len, given.values())) == 12
+    assert max(map(len, arrived)) <= 10, "a millisecond carries 9.6 bytes"
+    assert len(b"".join(given.values())) - len(b"".join(arrived)) < 12, "all have come, but for what is on the wire"
 
 
 def test_each_frame_has_its_time_in_the_recording(tmp_path):

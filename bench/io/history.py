@@ -47,7 +47,9 @@ Mark: TypeAlias = tuple[object, ...]
 
 
 class CoreJoins(NamedTuple):
-    """A SLAMWARE core of our own takes the place of a recorded one's bytes; it begins as after power-up."""
+    """A SLAMWARE core of our own takes the place of a recorded one's bytes; it begins as after power-up. RC bytes are a
+    transmitter's from then on, too, and take their time where wires do.
+    """
 
 
 Event: TypeAlias = Fault | CoreJoins
@@ -322,6 +324,8 @@ def join(bench: Bench, event: Event) -> None:
     if isinstance(event, CoreJoins):
         settings = bench.robot.slamware
         world.core = SlamwareCore(poll_ms=settings.poll_ms, schedule=SCHEDULES[settings.polls])
+        if world.timing is not None:
+            world.timing.take_up_rc(bench.robot.rc.protocol if bench.robot.rc is not None else None)
         return
     if isinstance(world, FaultyWorld):
         world.injector.inject(event)

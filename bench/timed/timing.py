@@ -74,6 +74,11 @@ class Timing:
             "lost_bytes": self.lost_bytes,
         }
 
+    def take_up_rc(self, protocol: str | None) -> None:
+        """From now on RC bytes come from a transmitter, not from a recording whose line has carried them already."""
+        if self._rc is None and protocol is not None:
+            self._rc = Paced(USUAL[protocol])
+
     def rc(self, data: bytes) -> bytes:
         """RC bytes that the transmitter sends in this millisecond -> those that are through at its end."""
         if self._rc is None:
