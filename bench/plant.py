@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import pymunk
@@ -63,9 +64,9 @@ class Plant:
 
     __slots__ = (
         "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_discs", "_feet", "_floor",
-        "_lift_above", "_load_rows", "_mass", "_omega", "_patches", "_pushed", "_rests_with", "_space", "_step_engine",
-        "_still", "_supply", "_torques", "_touches", "_velocity", "_walls", "_wheel_inertia", "_yaw_inertia", "arena",
-        "bad_currents", "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
+        "_lift_above", "_load_rows", "_mass", "_omega", "_patches", "_pushed", "_rests_with", "_rolling", "_space",
+        "_step_engine", "_still", "_supply", "_torques", "_touches", "_velocity", "_walls", "_wheel_inertia",
+        "_yaw_inertia", "arena", "bad_currents", "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
     )  # fmt: skip
 
     def __init__(
@@ -82,7 +83,10 @@ class Plant:
         self._current_limits = motor.max_current_a, -motor.max_current_a, decay, free
         self._mass, self._yaw_inertia, self._wheel_inertia = body.mass_kg, body.inertia_kgm2, motor.inertia_kgm2
         damped = motor.inertia_kgm2 + STEP_S * motor.viscous_nms
-        self._contact = Contact(robot.wheels, robot.ground, body.mass_kg, body.inertia_kgm2, damped, twist)
+        self._rolling = robot.ground.rolling
+        self._floor = _floor(robot.ground.grip, self._rolling)
+        ground = replace(robot.ground, rolling=self._floor[1])
+        self._contact = Contact(robot.wheels, ground, body.mass_kg, body.inertia_kgm2, damped, twist)
         self._load_rows = load_rows(robot.wheels, body.mass_kg, body.cog_height_m)
         self._lift_above = lift_above(self._load_rows)
         self._acceleration = 0.0, 0.0
@@ -123,8 +127,7 @@ class Plant:
             raise ValueError(f"a robot cannot start at {pose} with {twist}")
         self.arena = arena
         self._discs: list[tuple[pymunk.Body, float]] = []
-        self._floor = robot.ground.grip, robot.ground.rolling
-        self._patches = arena.patches if arena is not None else ()
+        self._patches = [(each, _floor(each.grip, each.rolling)) for each in arena.patches] if arena is not None else []
         self._feet = [(wheel.x_m, wheel.y_m) for wheel in robot.wheels] if self._patches else []
         if arena is not None:
             why = arena.in_the_way(body.radius_m, pose)
@@ -213,7 +216,7 @@ class Plant:
     def set_grip(self, grip: float) -> None:
         """Another grip of the floor, from the next step on. Patches keep theirs."""
         self._rests_with = None
-        self._floor = grip, self._floor[1]
+        self._floor = _floor(grip, self._rolling)
         if not self._patches:
             self._contact.stand_on([self._floor] * len(self.currents_a))
 
@@ -301,9 +304,9 @@ class Plant:
         for wheel_x, wheel_y in self._feet:
             at_x, at_y = x + cos * wheel_x - sin * wheel_y, y + sin * wheel_x + cos * wheel_y
             floor = self._floor
-            for patch in self._patches:
+            for patch, under in self._patches:
                 if patch.carries(at_x, at_y):
-                    floor = patch.grip, patch.rolling
+                    floor = under
             floors.append(floor)
         return floors
 
@@ -377,6 +380,11 @@ class Plant:
             joint.max_bias = 0.0  # it brakes; it does not pull back to where the disc began
         space.add(body, shape, slides, turns)
         self._discs.append((body, disc.radius_m))
+
+
+def _floor(grip: float, rolling: float) -> tuple[float, float]:
+    """Grip and rolling loss: a roller that is harder to turn than to drag slides, and then the floor takes its grip."""
+    return grip, min(rolling, grip)
 
 
 def _note_touch(arbiter: pymunk.Arbiter, space: pymunk.Space, touches: list[EngineTouch]) -> None:

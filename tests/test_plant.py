@@ -16,6 +16,7 @@ from bases import m2006, mecanum, omni3, omni4, tangential
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bench.arena import Patch
 from bench.config import Wheel
 from bench.kinematics import Kinematics
 from bench.messages import BodyTwist, Pose
@@ -184,6 +185,23 @@ def test_the_grip_table_is_the_sharp_bound(direction_deg, limit_mps2, share):
         assert plant.twist == pytest.approx((wanted * ux * DT, wanted * uy * DT, 0.0), abs=1e-9)
     else:
         assert max(map(abs, plant.slip_mps)) > 1e-6
+
+
+@pytest.mark.parametrize("by", ["robot file", "fault", "patch"])
+def test_ice_takes_no_more_than_its_grip_from_a_robot_that_rolls_over_it(by):
+    """Rolling loss 6 % of the load, grip 1 %: a roller slides before it turns. Along and across a wheel there is the
+    grip once each, so no more than sqrt(2) of it brakes the body, and no more than that is lost in 0.2 s.
+    """
+    grip, ice_m = 0.01, 20.0
+    ice = Patch("ice", 0.0, 0.0, grip=grip, rolling=0.06, length_m=ice_m, width_m=ice_m)
+    arena = Arena(ice_m, ice_m, patches=(ice,)) if by == "patch" else None
+    robot = m2006(ground_rolling=0.06, **{"ground_grip": grip} if by == "robot file" else {})
+    plant = Plant(robot, arena, twist=BodyTwist(0.5, 0.0, 0.0))
+    if by == "fault":
+        plant.set_grip(grip)
+    run(plant, [0.0] * 3, 200)
+    lost_mps = 0.5 - plant.twist.vx_mps
+    assert 0.001 < lost_mps <= math.sqrt(2.0) * grip * 9.81 * 0.2
 
 
 def test_hard_braking_lifts_the_rear_wheel_and_weighs_no_more_than_the_robot():
