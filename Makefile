@@ -17,7 +17,7 @@ define install
   exit 3; }
 endef
 
-.PHONY: demo test lint bench socketcan fuzz mutate validate clean
+.PHONY: demo test lint bench socketcan gamepad fuzz mutate validate clean
 
 demo: $(VENV)/.run
 	@$(VENV)/bin/wheelbench demo
@@ -31,11 +31,14 @@ lint: $(VENV)/.dev
 bench: $(VENV)/.dev
 	@$(PYTHON) scripts/benchmark.py
 
-# Half a minute: the tests that need Linux's own CAN, under a kernel that has it. 125 is a machine where that cannot boot.
-socketcan: $(VENV)/.dev
-	@scripts/socketcan/run.sh $(PYTHON) -m pytest -n 0 -p no:cacheprovider -m socketcan \
-	  $$(grep -l pytest.mark.socketcan tests/test_*.py) || { status=$$?; [ $$status = 125 ] || exit $$status; \
-	  echo "make socketcan: skipped, for the reason above" >&2; }
+# The tests that need Linux's own CAN (half a minute) or its input layer (two to four minutes, in software emulation),
+# under a kernel that has it. 125 is a machine where that cannot boot.
+socketcan gamepad: $(VENV)/.dev
+	@scripts/kernels/run.sh $@ $(PYTHON) -m pytest -n 0 -p no:cacheprovider -m $@ \
+	  $$(grep -l pytest.mark.$@ tests/test_*.py) || { status=$$?; [ $$status = 125 ] || exit $$status; \
+	  echo "make $@: skipped, for the reason above" >&2; }
+
+gamepad: $(VENV)/.evdev
 
 # About an hour: 100 MB of noise for every decoder, then ten minutes of atheris for each. See docs/attack.md.
 fuzz: $(ATTACK)/.stamp
@@ -50,7 +53,7 @@ validate: $(VALIDATE)/.stamp
 	@$(VALIDATE)/bin/python -m pytest -n 0 tests/test_validate.py && $(VALIDATE)/bin/python scripts/validate.py
 
 clean:
-	rm -rf $(VENV) $(ATTACK) $(VALIDATE) .socketcan
+	rm -rf $(VENV) $(ATTACK) $(VALIDATE) .socketcan .gamepad
 
 $(VENV)/bin/python:
 	@found=; for python in python3 python3.14 python3.13 python3.12 python3.11; do \
@@ -65,6 +68,12 @@ $(VENV)/.run: pyproject.toml | $(VENV)/bin/python
 $(VENV)/.dev: pyproject.toml | $(VENV)/bin/python
 	$(call install,$(VENV),[dev],wheelbench and its development tools)
 	@touch $@ $(VENV)/.run
+
+# It has to be compiled. Where it cannot be, the tests that read event devices skip and say so.
+$(VENV)/.evdev: pyproject.toml | $(VENV)/.dev
+	@$(PYTHON) -m pip install --quiet --quiet --disable-pip-version-check 'evdev>=1.6' 2> $(VENV)/pip.log \
+	  || echo "make gamepad: evdev does not install here, $(VENV)/pip.log has why" >&2
+	@touch $@
 
 # Atheris changes what it runs, so it lives beside the bench's own environment and not in it.
 $(ATTACK)/.stamp: pyproject.toml | $(VENV)/bin/python

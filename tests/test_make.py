@@ -50,8 +50,8 @@ def test_where_no_kernel_with_can_can_be_had_socketcan_says_why(tmp_path):
     for tool in ("bash", "dirname", "uname"):
         (tmp_path / "bin" / tool).symlink_to(shutil.which(tool))
     done = subprocess.run(
-        [shutil.which("bash"), ROOT / "scripts/socketcan/run.sh", "true"],
-        env={"PATH": str(tmp_path / "bin"), "SOCKETCAN_CACHE": str(tmp_path / "cache")},
+        [shutil.which("bash"), ROOT / "scripts/kernels/run.sh", "socketcan", "true"],
+        env={"PATH": str(tmp_path / "bin"), "KERNEL_CACHE": str(tmp_path / "cache")},
         capture_output=True, text=True, timeout=60,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (125, "")
@@ -77,12 +77,12 @@ def test_a_kernel_that_goes_on_is_ended_with_all_of_its_processes(tmp_path, ende
     root = tmp_path / "root"
     (root / "usr/lib/uml/modules/6/kernel").mkdir(parents=True)
     (root / "usr/bin").mkdir()
-    (root / "wide_state.so").touch()
+    (root / "fetched").touch()
     (root / "usr/bin/linux.uml").write_text(KERNEL)
     (root / "usr/bin/linux.uml").chmod(0o755)
-    environment = {**os.environ, "SOCKETCAN_CACHE": str(tmp_path), "SOCKETCAN_LIMIT_S": "5"}
+    environment = {**os.environ, "KERNEL_CACHE": str(tmp_path), "KERNEL_LIMIT_S": "5"}
     with subprocess.Popen(
-        [shutil.which("bash"), ROOT / "scripts/socketcan/run.sh", "true"],
+        [shutil.which("bash"), ROOT / "scripts/kernels/run.sh", "socketcan", "true"],
         env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as script:  # fmt: skip

@@ -11,8 +11,10 @@ that one map serves both.
 from __future__ import annotations
 
 import errno
+import fcntl
 import glob
 import os
+import stat
 import struct
 from abc import abstractmethod
 from collections.abc import Iterable
@@ -27,6 +29,11 @@ BUTTON, AXIS, INITIAL = 0x01, 0x02, 0x80
 FULL_AXIS = 32767
 BTN_MISC, BTN_JOYSTICK, KEY_MAX = 0x100, 0x120, 0x2FF
 """From linux/input-event-codes.h: joydev counts buttons from BTN_JOYSTICK up, then those from BTN_MISC."""
+MOST_EVENTS = 1024
+"""Taken at once. On opening the node tells of every axis and button, 576 at most; its queue behind has 64 events."""
+JSIOCGAXES, JSIOCGBUTTONS, JSIOCGNAME_64 = 0x80016A11, 0x80016A12, 0x80406A13
+"""linux/joystick.h, the name in 64 bytes."""
+NO_PAD = "it is no gamepad: {}; `cat /proc/bus/input/devices` lists what there is"
 
 
 class PadEvent(NamedTuple):
@@ -43,6 +50,9 @@ class Gamepad(Revivable):
     def __init__(self, name: str) -> None:
         super().__init__("not looked for yet")
         self.name = name
+        self.axes: int | None = None
+        self.buttons: int | None = None
+        """How many it has; None where nothing tells."""
 
     def read(self) -> list[PadEvent]:
         """What has happened since the last call; the first after opening tells how everything stands."""
@@ -85,12 +95,26 @@ class JoystickNode(Gamepad):
         self._rest = b""
 
     def _open(self) -> None:
-        path = self._path or next(iter(sorted(glob.glob("/dev/input/js*"))), "/dev/input/js0")
+        there = sorted(glob.glob("/dev/input/js*"), key=lambda path: (len(path), path))
+        path = self._path or next(iter(there), "/dev/input/js0")
         self._descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         self._rest = b""
+        if stat.S_ISCHR(os.fstat(self._descriptor).st_mode):
+            self._introduce(path)
+
+    def _introduce(self, path: str) -> None:
+        """What the node tells of its pad. A pipe in its place tells nothing, and any other device that it is none."""
+        try:
+            axes, buttons = (fcntl.ioctl(self._descriptor, ask, b"\0")[0] for ask in (JSIOCGAXES, JSIOCGBUTTONS))
+            name = fcntl.ioctl(self._descriptor, JSIOCGNAME_64, bytes(64)).partition(b"\0")[0]
+        except OSError:
+            self._release()
+            raise OSError(NO_PAD.format("no joystick node")) from None
+        self.name = f"{path} ({name.decode('utf-8', 'replace')})"
+        self.axes, self.buttons = axes, buttons
 
     def _take(self) -> list[PadEvent]:
-        data = os.read(self._descriptor, 64 * EVENT.size)
+        data = os.read(self._descriptor, MOST_EVENTS * EVENT.size)
         if not data:
             raise OSError(errno.ENODEV, "the node has ended")
         data = self._rest + data
@@ -121,19 +145,39 @@ class EvdevPad(Gamepad):
         self._evdev = evdev
 
     def _open(self) -> None:
-        device = self._device = self._evdev.InputDevice(self._path)
+        try:
+            device = self._device = self._evdev.InputDevice(self._path)
+        except OSError as error:
+            if error.errno in (errno.ENOTTY, errno.EINVAL):
+                raise OSError(NO_PAD.format("no event device")) from None
+            raise
         codes = self._evdev.ecodes
-        self._ranges = dict(device.capabilities(absinfo=True).get(codes.EV_ABS, []))
+        able: dict[int, Any] = device.capabilities()
+        self._ranges = dict(able.get(codes.EV_ABS, []))
+        if not self._ranges:
+            self._release()
+            raise OSError(NO_PAD.format("it has no sticks"))
         self._axes = {code: number for number, code in enumerate(sorted(self._ranges))}
-        self._buttons = joydev_buttons(device.capabilities().get(codes.EV_KEY, []))
-        self._first = [(codes.EV_ABS, code, info.value) for code, info in self._ranges.items()]
+        self._buttons = joydev_buttons(able.get(codes.EV_KEY, []))
+        self._first = self._standing()
+        self.name = f"{self._path} ({device.name})"
+        self.axes, self.buttons = len(self._axes), len(self._buttons)
+
+    def _standing(self) -> list[tuple[int, int, int]]:
+        """How everything stands now, as events."""
+        device, codes = self._device, self._evdev.ecodes
         pressed = set(device.active_keys())
-        self._first += [(codes.EV_KEY, code, int(code in pressed)) for code in self._buttons]
+        told = [(codes.EV_ABS, code, device.absinfo(code).value) for code in self._ranges]
+        return told + [(codes.EV_KEY, code, int(code in pressed)) for code in self._buttons]
 
     def _take(self) -> list[PadEvent]:
         told, self._first = self._first, []
+        codes = self._evdev.ecodes
         with suppress(BlockingIOError):
-            told += [(event.type, event.code, event.value) for event in self._device.read()]
+            while len(told) < MOST_EVENTS:  # 64 at a time
+                told += [(event.type, event.code, event.value) for event in self._device.read()]
+        if (codes.EV_SYN, codes.SYN_DROPPED, 0) in told:  # its queue was full, and what was in it has gone
+            told += self._standing()
         events = (self._event(*one) for one in told)
         return [event for event in events if event is not None]
 
@@ -141,7 +185,7 @@ class EvdevPad(Gamepad):
         codes = self._evdev.ecodes
         if kind == codes.EV_ABS and code in self._axes:
             info = self._ranges[code]
-            return PadEvent(True, self._axes[code], scaled(value, info.min, info.max))
+            return PadEvent(True, self._axes[code], scaled(value, info.min, info.max, info.flat))
         if kind == codes.EV_KEY and code in self._buttons:
             return PadEvent(False, self._buttons[code], float(value != 0))
         return None
@@ -187,6 +231,12 @@ def joydev_buttons(codes: Iterable[int]) -> dict[int, int]:
     return {code: number for number, code in enumerate(ordered)}
 
 
-def scaled(value: int, low: int, high: int) -> float:
-    """-1 to 1 over an axis' own range; 0 for one that has none."""
-    return max(-1.0, min(1.0, 2.0 * (value - low) / (high - low) - 1.0)) if high > low else 0.0
+def scaled(value: int, low: int, high: int, flat: int = 0) -> float:
+    """-1 to 1 over an axis' own range, rest in its dead zone: in integers, as drivers/input/joydev.c sets up its own
+    correction, so that an event device stands where the joystick node does. 0 for an axis that has no range.
+    """
+    middle, way = int((low + high) / 2), (high - low) // 2 - 2 * flat
+    if way <= 0 or middle - flat <= value < middle + flat:
+        return 0.0
+    beyond = value - (middle + flat if value > middle - flat else middle - flat)
+    return max(-FULL_AXIS, min(FULL_AXIS, (1 << 29) // way * beyond >> 14)) / FULL_AXIS

@@ -50,6 +50,17 @@ class GamepadSticks:
         """Nobody holds it, as far as we know."""
         self.at_rest_first = True
 
+    def lacking(self, axes: int | None, buttons: int | None) -> str:
+        """What the map names and a pad with so many axes and buttons has not, in words."""
+        layout, missing = self._layout, []
+        for what in ("forward", "left", "turn"):
+            number = getattr(layout, what).axis
+            missing += [f"axis {number} ({what})"] if axes is not None and number >= axes else []
+        for what in ("arm", "stop", "field_centric", "hold"):
+            pressed = getattr(layout, what)
+            missing += [f"button {pressed} ({what})"] if None not in (pressed, buttons) and pressed >= buttons else []
+        return f"it has no {', no '.join(missing)}; another --gamepad-map may fit" if missing else ""
+
     def sticks(self) -> Sticks:
         """Where its sticks stand."""
         hold = self._layout.hold

@@ -299,7 +299,8 @@ class Keyboard:
     def _state(self) -> str:
         """How the source in use is."""
         if self.source == GAMEPAD and self.pad is not None and self.pad_sticks is not None:
-            return self.pad.lost or ("let its sticks go first" if self.pad_sticks.at_rest_first else "")
+            at_rest_first = "let its sticks go first" if self.pad_sticks.at_rest_first else ""
+            return self.pad.lost or at_rest_first or self.pad_sticks.lacking(self.pad.axes, self.pad.buttons)
         if self.source == RECEIVER and self.receiver is not None:
             return "cut off; Enter lets it through" if self.cut else self.receiver.port.lost
         return "held until let go" if self.sticks.releases else f"each worth {KEY_LEASE_MS} ms"
