@@ -308,6 +308,23 @@ def test_what_a_first_build_stumbles_over_is_told_with_what_to_try(tmp_path, cap
     assert "warning" not in error, "the errors alone"
 
 
+def test_what_goes_out_by_usb_is_printed(tmp_path, capsys):
+    for folder in ("Core", "USB_DEVICE/App", "Src"):
+        (tmp_path / folder).mkdir(parents=True)
+    for name in ("USB_DEVICE/App/usb_device.c", "USB_DEVICE/App/usb_device.h", "Src/usbd_cdc_if.c"):
+        (tmp_path / name).write_text("#error the vendor's\n")
+    (tmp_path / "Core" / "main.c").write_text(
+        '#include "stm32h7xx_hal.h"\n#include "usb_device.h"\n#include "usbd_cdc_if.h"\n'
+        "int main(void) {\n    MX_USB_DEVICE_Init();\n"
+        '    if (CDC_Transmit_HS((uint8_t *)"ready\\n", 6) == USBD_OK) CDC_Transmit_FS((uint8_t *)"steady\\n", 7);\n'
+        "    for (;;) __WFI();\n}\n"
+    )
+    assert said(capsys, "dut", "init", tmp_path)[0] == 0
+    base = firmware_of(tmp_path / "wheelbench.toml")()
+    base.step(0, b"", b"", ())
+    assert base.output() == "ready\nsteady\n"
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -18,9 +18,9 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 # What a generator puts beside a team's own files, and the bench has instead; stm32..._hal_msp.c links DMA to its UART.
 _NOT_THEIRS = re.compile(
-    r"(stm32\w*_(hal(?!_msp\.c)|ll|it)\w*|system_stm32\w*|startup\w*|syscalls|sysmem|wheelbench_port)\.c"
+    r"(stm32\w*_(hal(?!_msp\.c)|ll|it)\w*|system_stm32\w*|startup\w*|syscalls|sysmem|usbd_\w+|usb_device|wheelbench_port)\.c"
 )
-_NOT_FOLDERS = {"Drivers", "Middlewares", "build", "Debug", "Release", "test", "tests"}
+_NOT_FOLDERS = {"Drivers", "Middlewares", "USB_DEVICE", "build", "Debug", "Release", "test", "tests"}
 _MOST_FILES = 500
 _HANDLE = r"(?:^|[;{{])\s*(?:extern\s+(?:\"C\"\s+)?)?{}_HandleTypeDef\s+(\w+(?:\s*,\s*\w+)*)(?=\s*[;=])"
 # Where printf goes, in every project that has put it somewhere.

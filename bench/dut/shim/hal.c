@@ -2,6 +2,9 @@
 #include "core.h"
 #include "hal.h"
 
+#include "usb_device.h"
+#include "usbd_cdc_if.h"
+
 #include <string.h>
 
 __IO uint32_t uwTick;
@@ -98,6 +101,17 @@ uint32_t OPTIONAL HAL_ADC_GetValue(ADC_HandleTypeDef *adc) {
     UNUSED(adc);
     wb_note_once("HAL_ADC_GetValue gives 0 here; define it in wheelbench_port.c where your firmware wants a battery");
     return 0;
+}
+
+void OPTIONAL MX_USB_DEVICE_Init(void) {}
+
+uint8_t OPTIONAL CDC_Transmit_FS(uint8_t *data, uint16_t size) {
+    wb_print(data, size);
+    return USBD_OK;
+}
+
+uint8_t OPTIONAL CDC_Transmit_HS(uint8_t *data, uint16_t size) {
+    return CDC_Transmit_FS(data, size);
 }
 
 static HAL_StatusTypeDef nobody_answers(uint8_t *to, uint16_t size) {
