@@ -177,6 +177,7 @@ SHOTS = {
     "drive-80x24": Shot(80, 24, driving, driven),
     "drive-120x40": Shot(120, 40, driving, driven),
     "everything-200x60": Shot(200, 60, driving, everything),
+    "small-40x12": Shot(40, 12, driving, driven),
     "core-80x24": Shot(80, 24, driving, by_core),
     "bumper-80x24": Shot(80, 24, driving, bumped),
     "link-lost-80x24": Shot(80, 24, driving, lost),

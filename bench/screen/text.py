@@ -46,15 +46,15 @@ def fit(line: Line, width: int, fill: str = PLAIN) -> Line:
     if have <= width:
         return [*line, (" " * (width - have), fill)] if have < width else line
     room = _whole_words(plain(line), width - len(ELLIPSIS))
+    blanks, end = width - room - len(ELLIPSIS), ELLIPSIS * min(1, width)
     out: Line = []
     for text, role in line:
         if len(text) >= room:
-            out.append((text[:room], role))
+            out.append((text[:room] + end, role))
             break
         out.append((text, role))
         room -= len(text)
-    end = ELLIPSIS * min(1, width)
-    return [*out, (end, out[-1][1]), (" " * (width - width_of(out) - len(end)), fill)]
+    return [*out, (" " * blanks, fill)] if blanks > 0 else out
 
 
 def _whole_words(text: str, room: int) -> int:
