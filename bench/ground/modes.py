@@ -140,12 +140,10 @@ class Layouts:
             inverse = (ZERO, ZERO, ZERO)
 
         reactions = [[ZERO, ZERO] for _ in shape]
-        for entry in carrying:
-            wheel, which, row = entry
+        for number, (wheel, which, row) in enumerate(carrying):
             others = free
-            for other in carrying:
-                if other is not entry:
-                    others = resisted(others, other[2], 0.0)
+            for _, _, other in carrying[:number] + carrying[number + 1 :]:
+                others = resisted(others, other, 0.0)
             x, y, w = times(others, row)
             size = dot(row, (x, y, w))
             reactions[wheel][which] = (x / size, y / size, w / size)
