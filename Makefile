@@ -17,7 +17,7 @@ define install
   exit 3; }
 endef
 
-.PHONY: demo test lint bench socketcan gamepad fuzz mutate validate clean
+.PHONY: demo test lint bench compiled socketcan gamepad fuzz mutate validate clean
 
 demo: $(VENV)/.run
 	@$(VENV)/bin/wheelbench demo
@@ -30,6 +30,10 @@ lint: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	@$(PYTHON) scripts/benchmark.py
+
+# Some minutes, with a C compiler: the core compiled from the same source gives the same bytes, and how much faster.
+compiled: $(VENV)/.dev
+	@$(PYTHON) scripts/compiled.py
 
 # The tests that need Linux's own CAN (half a minute) or its input layer (two to four minutes, in software emulation),
 # under a kernel that has it. 125 is a machine where that cannot boot.

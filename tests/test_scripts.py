@@ -65,6 +65,8 @@ def test_every_file_named_in_a_docstring_is_there(path):
         ("causes_bar.py --robot m2007", "m2006"),
         ("compare_logs.py wheelbench nowhere nowhere", "argument RUN: there is no file or folder nowhere"),
         ("compare_logs.py", "required: JOB"),
+        ("compiled.py --robots m2007", "argument --robots: m2007 is not among "),
+        ("compiled.py --rounds 0", "argument --rounds: expected a whole number, 1 or more, got 0"),
         ("failsafe_bar.py --only me", "argument --only: me is not among ours, "),
         ("failsafe_bar.py --jobs -1", "argument --jobs: expected a whole number, 1 or more, got -1"),
         ("fuzz.py --only ,", "argument --only: nothing is not among sbus, "),
@@ -103,3 +105,22 @@ def test_a_command_starts_with_nothing_of_the_bench_loaded():
     """mutate.py puts changed modules in its place; a bench that is there already would hide them."""
     script = "import sys, arguments; arguments.end_with(lambda: sum(name.startswith('bench') for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", script], cwd=SCRIPTS, check=False).returncode == 0
+
+
+def test_what_is_to_be_compiled_is_there_and_what_a_tick_imports():
+    import compiled
+
+    assert [name for name in compiled.CORE if not (ROOT / "bench" / f"{name}.py").exists()] == []
+    ground = {f"ground/{path.stem}" for path in (ROOT / "bench/ground").glob("[!_]*.py")}
+    assert ground <= set(compiled.CORE)
+
+
+def test_what_cannot_be_compiled_is_told_in_the_compilers_words(tmp_path, monkeypatch):
+    import compiled
+
+    from bench.errors import SurroundingsError
+
+    monkeypatch.setattr(compiled, "CORE", ("nothing_of_this_name",))
+    with pytest.raises(SurroundingsError, match="could not compile the core") as refused:
+        compiled.compiled_copy(tmp_path / "copy")
+    assert "nothing_of_this_name" in str(refused.value)
