@@ -61,6 +61,9 @@ def test_a_generators_folder_is_guessed_compiles_without_a_word_and_drives(tmp_p
     status, out, _ = said(capsys, "replay", folder / "drive.toml", *given)
     assert status == 0
     assert json.loads(out)["path_m"] > 0.3
+    assert (tmp_path / "run" / "slamware.log").read_text() == "", (
+        "no core stands beside a firmware that has no line for it"
+    )
     x_m, y_m, _ = json.loads(out)["end"]
     assert (x_m > 0.3, abs(y_m) < 0.01) == (True, True), "forward is forward"
     rows = run_row(load_robot("m2006", str(folder / "level.toml")), CORE_SILENT, str(project))

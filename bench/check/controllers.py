@@ -83,6 +83,11 @@ def at_full_speed(base: ControlledBase) -> AbstractContextManager[None]:
     return kept()
 
 
+def hears_no_core(build: Build) -> bool:
+    """Whether a base is known to have no SLAMWARE line: a firmware whose [wires] name none."""
+    return bool(getattr(build, "hears_no_core", False))
+
+
 def name_of(factory: object) -> str | None:
     """What a recording calls a factory: "file.py:NAME", without the folder, which is the machine's; None: ours."""
     if factory is Base:

@@ -24,7 +24,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
 from bench.base import Base
-from bench.check.controllers import Build, at_full_speed, controller_of
+from bench.check.controllers import Build, at_full_speed, controller_of, hears_no_core
 from bench.check.faults import Fault
 from bench.check.faulty import FaultyWorld, Injector
 from bench.check.signals import Signals
@@ -329,7 +329,7 @@ def run_row(robot: Robot, number: int, controller: str | None = None, raises: bo
     """
     chosen = controller_of(robot, controller)
     loss = losses(chosen.robot)[number]
-    if loss.by_core and getattr(chosen.build, "hears_no_core", False):
+    if loss.by_core and hears_no_core(chosen.build):
         loss = replace(loss, off_because="the firmware has no core: slamware is not among its [wires]")
     cells = []
     for phase in PHASES:

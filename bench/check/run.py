@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bench.arena import FIELD, Arena, arena_toml
 from bench.base import Base
-from bench.check.controllers import Build, at_full_speed
+from bench.check.controllers import Build, at_full_speed, hears_no_core
 from bench.check.crosswire.observer import CrossWire
 from bench.check.expectations import Judge
 from bench.check.faulty import Injector
@@ -123,6 +123,8 @@ def bench_in(robot: Robot, arena: Arena, noise: Noise = SILENT, build: Build = B
         raise UsageError(f"arena {arena.name!r}: {why}; give it another [start]")
     bench = simulated(robot, arena, noise)
     bench.world.timing = Timing(wires, robot.rc.protocol if robot.rc else None) if wires.is_on else None
+    if hears_no_core(build):
+        bench.world.core = None
     return bench if build is Base else Bench(build(robot), bench.world)
 
 
