@@ -13,6 +13,7 @@ if __name__ == "__main__":  # before anything that takes its time
 import argparse
 import errno
 import importlib
+import io
 import os
 import sys
 
@@ -40,7 +41,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT)
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; returns its exit status: 0 ok, 1 expectation failed, 2 usage, 3 environment."""
-    _open_closed_streams()
+    _prepare_streams()
     given = _with_negative_values(sys.argv[1:] if arguments is None else arguments)
     verb = given[0] if given else ""
     try:
@@ -80,11 +81,15 @@ def _parse_and_run(verb: str, given: list[str]) -> int:
     return _run(args)
 
 
-def _open_closed_streams() -> None:
-    """A stream that our caller has closed (`2>&-`) is None: what is said there goes nowhere, and no other file."""
+def _prepare_streams() -> None:
+    """A stream that our caller has closed (`2>&-`) is None: what is said there goes nowhere, and no other file. What a
+    stream cannot spell (a file's name that is not UTF-8, an arrow in Latin-1) is spelt out.
+    """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 (for as long as we run)
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _drop_output() -> None:
@@ -102,8 +107,13 @@ def _run(args: argparse.Namespace) -> int:
     except BenchError as error:
         if getattr(args, "traceback", False) and error.__cause__ is not None:
             _print_whole(error.__cause__)
-        print(f"wheelbench {args.verb}: {error}", file=sys.stderr)
+        print(f"wheelbench {args.verb}: {_spelt(str(error))}", file=sys.stderr)
         return error.exit_status
+
+
+def _spelt(text: str) -> str:
+    """What the user has given us may hold anything, and is no command to their terminal."""
+    return "".join(letter if letter.isprintable() or letter in "\n\t" else repr(letter)[1:-1] for letter in text)
 
 
 def _print_whole(error: BaseException) -> None:

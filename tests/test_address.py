@@ -85,6 +85,8 @@ def test_which_buses_may_have_a_motor(text, harmless):
         ("serial:/dev/x?baud", "key=value"),
         ("serial:/dev/x?baud=1&baud=2", "twice"),
         ("socket://127.0.0.1", "HOST:PORT"),
+        (f"socket://{'a' * 64}:5000", "no host can have this name"),
+        ("listen://a..b:5000?remote=yes", "no host can have this name"),
         ("socket://127.0.0.1:0", "HOST:PORT"),
         ("socket://127.0.0.1:99999", "HOST:PORT"),
         ("socket:127.0.0.1:5000", "HOST:PORT"),

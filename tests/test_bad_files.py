@@ -184,7 +184,9 @@ def test_what_is_no_file_to_read_is_said(folder, monkeypatch):
     assert "folder.toml: is a directory; a robot is a .toml file" in answered(
         "replay", "good.toml", "--robot", "folder.toml"
     )
-    assert "folder.toml: cannot be read (Is a directory)" in answered("replay", "good.toml", "--arena", "folder.toml")
+    assert "folder.toml: cannot be read (Is a directory); check the path" in answered(
+        "replay", "good.toml", "--arena", "folder.toml"
+    )
     assert "seconds: is missing" in answered("replay", "empty.toml")
     if Path("/dev/zero").exists():
         for arguments in (["/dev/zero"], ["good.toml", "--robot", "/dev/zero"], ["good.toml", "--arena", "/dev/zero"]):

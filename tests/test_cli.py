@@ -418,6 +418,29 @@ def test_a_path_that_cannot_even_be_looked_at_is_one_sentence(call, verb):
     )
 
 
+def test_a_name_that_is_no_text_is_spelt_out(call, tmp_path):
+    """As the file system hands over one in Latin-1, which has no place in UTF-8."""
+    scenario = short_scenario(tmp_path, "", seconds=0.1)
+    record = tmp_path / os.fsdecode(b"caf\xe9")
+    status, out, err = call("replay", scenario, "--record", record)
+    assert (status, err) == (0, "")
+    assert f"recorded  {tmp_path}/caf\\udce9\n" in out
+    assert (record / "can.log").exists()
+
+
+@pytest.mark.parametrize("name", ["\x1b[31mred", "bell\a", os.fsdecode(b"caf\xe9"), "back\b"])
+def test_what_the_user_gives_is_no_command_to_their_terminal(call, name):
+    for verb in (("replay", name), ("kin", name), ("decode", "sbus", name), ("emulate", "core", name)):
+        status, out, err = call(*verb)
+        assert (status, out) == (2, "")
+        assert repr(name)[1:-1] in err
+        assert err.removesuffix("\n").isprintable()
+
+
+def test_goldens_of_the_root_of_all_folders(call):
+    assert call("goldens", "/") == (0, "/ holds no golden\n", "")
+
+
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-"])
 def test_a_closed_stream_is_no_error(closed, tmp_path):
     scenario = short_scenario(tmp_path)

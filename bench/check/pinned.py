@@ -56,6 +56,8 @@ def goldens(folder: Path, project: Path | None = None) -> list[Golden]:
     if not folder.is_dir():
         raise RecordingError(f"{folder}: is no folder; give the one that your goldens lie in")
     directories = sorted(path.parent for path in folder.glob(f"*/{GOLDEN_TOML}"))
+    if not directories:
+        return []  # and nobody need be looked for
     project = project.resolve() if project is not None else _project_of(folder)
     users: dict[Path, list[str]] = {directory: [] for directory in directories}
     mentions = {directory: _mention(directory) for directory in directories}
@@ -94,7 +96,7 @@ def _beginnings(name: str) -> list[str]:
 
 def _project_of(folder: Path) -> Path:
     """The nearest folder above that looks like a project's own; else the one two above: fixtures/pinned."""
-    above = folder.resolve().parents
+    above = folder.resolve().parents or (folder.resolve(),)
     marked = (path for path in above if any((path / mark).exists() for mark in ("pyproject.toml", ".git", "setup.cfg")))
     return next(marked, above[min(1, len(above) - 1)])
 

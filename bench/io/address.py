@@ -162,9 +162,20 @@ def _network(name: str, text: str, kind: str, rest: str) -> SerialAddress:
     if options or remote not in (True, False):
         raise UsageError(f"{name} {text}: the only option here is ?remote=yes")
     host = host.strip("[]")
+    if not _can_be_asked_for(host):
+        raise UsageError(f"{name} {text}: no host can have this name; expected such as {kind}://127.0.0.1:5000")
     if kind == "listen" and not remote and not _is_loopback(host):
         raise UsageError(f"{name} {text}: would be open to the network; listen on 127.0.0.1, or add ?remote=yes")
     return SerialAddress(kind, host, int(digits), None, text)
+
+
+def _can_be_asked_for(host: str) -> bool:
+    """Whether the system's resolver takes the name at all: Python raises UnicodeError for others, not OSError."""
+    try:
+        host.encode("idna")
+    except UnicodeError:
+        return False
+    return True
 
 
 def _is_loopback(host: str) -> bool:

@@ -30,8 +30,8 @@ def ask(title: str, options: Mapping[str, object], timeout_s: float) -> None:
             probe.settimeout(timeout_s)
             probe.connect((host, port))
             heard = probe.recv(256)
-    except OSError as error:
-        why = error.strerror or str(error)
+    except (OSError, UnicodeError) as error:  # the latter of names that no resolver takes
+        why = getattr(error, "strerror", None) or str(error)
         raise SurroundingsError(f"{title}: no socketcand answers at {host}:{port} ({why}); start it there") from None
     if not heard.startswith(GREETING):
         raise SurroundingsError(f"{title}: who listens at {host}:{port} is no socketcand; try another port")
