@@ -3,7 +3,9 @@
 import json
 import math
 import os
+import select
 import shutil
+import signal
 import subprocess
 import sys
 import textwrap
@@ -112,6 +114,30 @@ def test_what_the_shim_cannot_count_is_ended_by_the_clock(bad, order, says, monk
     with pytest.raises(ControllerFailed, match=says):
         told(base, order)
     assert not Path(f"/proc/{base.pid}/stat").exists(), "and its process is gone"
+
+
+def test_an_answer_that_comes_when_patience_is_over_but_before_anybody_looks_is_taken(bad, monkeypatch):
+    """A busy machine gives the firmware its turn just then; it has answered, and sleeps until it is asked again."""
+    monkeypatch.setattr(firmware_module, "PATIENCE_MS", 50)
+    base = bad()
+    base.step(0, b"", b"", FEEDBACK)
+    look, looks = firmware_module._processor_time, []
+
+    def late(pid):
+        looks.append(pid)
+        if len(looks) == 2:  # the first is before it waits once more
+            os.kill(pid, signal.SIGCONT)
+            assert select.select([base._link], [], [], 60)[0]
+            while not look(pid)[0]:
+                time.sleep(0.001)
+        return look(pid)
+
+    monkeypatch.setattr(firmware_module, "_processor_time", late)
+    os.kill(base.pid, signal.SIGSTOP)
+    frames, _ = base.step(1, b"", b"", FEEDBACK)
+    assert frames[0][1] == b"\x02" + bytes(7), "its second millisecond"
+    assert len(looks) == 2
+    base.close()
 
 
 def test_a_firmware_that_is_killed_from_outside_is_told_so(bad):
@@ -448,8 +474,8 @@ def test_tasks_run_by_priority_and_queues_wake_them(tmp_path):
 
 def test_a_fresh_firmware_remembers_nothing_and_comes_in_milliseconds(bad):
     bad().step(0, b"", b"", ())
-    took_s = []
-    for _ in range(20):
+    took_s, end = [], time.monotonic() + 60.0
+    while len(took_s) < 20 or (min(took_s) >= 0.005 and time.monotonic() < end):  # more, where others have the machine
         begin = time.perf_counter()
         base = bad()
         frames, _ = base.step(0, b"", b"", FEEDBACK)
