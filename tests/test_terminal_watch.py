@@ -115,6 +115,20 @@ def test_an_answer_that_nobody_asked_for_or_that_comes_late_switches_nothing():
     assert not watch.releases
 
 
+def test_a_terminal_whose_answer_came_late_is_asked_again_and_its_next_is_believed_in_time():
+    """The program may have stood still just when it opened: that shall not cost the releases of a whole session."""
+    watch = TerminalWatch(0, {})
+    watch.ask(0, 80)
+    assert watch.kitty(25, 1600 * MS) == ""
+    assert watch.ask(1650 * MS, 80).startswith(ASK_KITTY)
+    assert watch.kitty(25, 1670 * MS) == SET_KITTY + ASK_KITTY
+    assert watch.kitty(27, 2700 * MS) == "", "late again"
+    assert not watch.releases
+    assert watch.ask(2750 * MS, 80).startswith(ASK_KITTY)
+    assert watch.kitty(27, 2770 * MS) == ""
+    assert watch.releases
+
+
 def test_a_program_in_between_is_not_trusted_with_releases():
     for name in ("TMUX", "STY", "ZELLIJ", "WEZTERM_PANE"):
         watch = TerminalWatch(0, {name: "1"})

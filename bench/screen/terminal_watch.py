@@ -23,7 +23,7 @@ from bench.screen.terminal_input import FLAG_EVENT_TYPES
 STALL_MS = 400
 """An answer older than this, counted from its question, proves nothing any more."""
 DETECTION_MS = 1000
-"""So long a terminal has to say that it knows Kitty's protocol."""
+"""So long a terminal has to say that it knows Kitty's protocol; one that takes longer is asked again."""
 GIVE_UP_MS = 3000
 """A terminal that has answered nothing for so long since the start never will; it is asked no more."""
 TAGS = 40
@@ -54,7 +54,7 @@ class TerminalWatch:
         in_between = environment.get("TERM", "").startswith(("screen", "tmux"))
         self.trusted = not in_between and not any(environment.get(name) for name in IN_BETWEEN)
         self._kitty_asked = self._kitty_set = False
-        self._proven_ns = now_ns
+        self._kitty_since_ns = self._proven_ns = now_ns
         self._asked: deque[tuple[int, int]] = deque(maxlen=TAGS - 1)
         self._next_tag = 1
 
@@ -90,7 +90,10 @@ class TerminalWatch:
 
     def kitty(self, flags: int, now_ns: int) -> str:
         """The terminal knows Kitty's protocol; `flags` are on. What to write now."""
-        if not self._kitty_asked or now_ns - self._started_ns > DETECTION_MS * _MS:
+        if not self._kitty_asked:
+            return ""
+        if now_ns - self._kitty_since_ns > DETECTION_MS * _MS:  # perhaps this machine was busy just then
+            self._kitty_asked, self._kitty_since_ns = False, now_ns
             return ""
         wanted = FLAG_EVENT_TYPES | FLAG_ALL_KEYS
         self.releases = flags & wanted == wanted
