@@ -14,7 +14,7 @@ import pytest
 from bench.check.reading import Recording
 
 ROOT = Path(__file__).parents[1]
-DEADLINE_S = 30.0
+DEADLINE_S = 60.0
 
 needs_tmux = pytest.mark.skipif(shutil.which("tmux") is None, reason="tmux is not installed: no terminal to run in")
 
@@ -66,6 +66,13 @@ class Terminal:
     def wait_for(self, text):
         return self.wait(text, lambda screen: text in screen)
 
+    def driven(self, screen, *keys):
+        """Push; arm before, as at the start, where the machine stood still and a silent terminal disarmed."""
+        if " DISARMED " in screen:
+            self.keys("Enter")
+            self.wait_for(" ARMED ")
+        self.keys(*keys)
+
     def wait_for_end(self):
         ended = self.place / "ended"
         self.wait("the end of the program", lambda _: ended.exists() and ended.read_text())
@@ -99,7 +106,7 @@ def test_a_drive_from_start_to_end(terminal, tmp_path):
     terminal.wait_for(" ARMED ")
 
     def moved(screen):
-        terminal.keys("w")
+        terminal.driven(screen, "w")
         return pose_x(screen) > 0.02
 
     terminal.wait("the robot to move", moved)
@@ -108,13 +115,13 @@ def test_a_drive_from_start_to_end(terminal, tmp_path):
     terminal.do("resize-window", "-x", "120", "-y", "40")
     terminal.wait("room", lambda screen: " wire        ago  last frame" in screen and "core's arc" in screen)
     terminal.do("resize-window", "-x", "50", "-y", "12")
-    terminal.wait_for("The dashboard needs 60x16")
+    terminal.wait("the page for little room", lambda screen: "\n moves " in screen and "SPACE STOP" in screen)
     terminal.do("resize-window", "-x", "80", "-y", "24")
     terminal.wait_for("WASDQE 50 %")
     terminal.keys("?")
     terminal.wait_for("A key drives while it repeats.")
     terminal.keys("?")
-    terminal.wait_for(" ARMED ")
+    terminal.wait("the dashboard", lambda screen: "WASDQE 50 %" in screen and "ARMED " in screen)
 
     terminal.keys("Escape")
     assert terminal.wait_for_end() == 0
@@ -147,7 +154,7 @@ def test_dragged_by_the_mouse_then_a_frozen_terminal_disarms_and_a_killed_one_le
 
     def dragged(screen):
         """Down on the middle, up to the frame, and so on; the terminal's bytes for it, as xterm sends them."""
-        terminal.keys("-l", f"\x1b[<0;17;{row + 4}M\x1b[<32;17;{row + 1}M")
+        terminal.driven(screen, "-l", f"\x1b[<0;17;{row + 4}M\x1b[<32;17;{row + 1}M")
         return pose_x(screen) > 0.01
 
     terminal.wait("the robot to follow the mouse", dragged)
