@@ -3,6 +3,7 @@
 import atexit
 import os
 import shutil
+import socket
 import tempfile
 from pathlib import Path
 
@@ -25,6 +26,17 @@ def captures() -> Path:
     if not folder:
         pytest.skip("WHEELBENCH_CAPTURES is not set: recordings of other projects are not part of this repository")
     return Path(folder)
+
+
+@pytest.fixture
+def multicast():
+    """The address of a multicast bus of this test alone: tests that run at the same time would hear each other."""
+    pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as held:  # so long nobody else is given its number
+        held.bind(("", 0))
+        for shared in (socket.SO_REUSEADDR, socket.SO_REUSEPORT):
+            held.setsockopt(socket.SOL_SOCKET, shared, 1)
+        yield f"can:udp_multicast:239.74.163.9?port={held.getsockname()[1]}"
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """A terminal as a program sees it: a real pty, with the answers that a real one gives. Which ones, a test says."""
 
+import codecs
 import os
 import pty
 import re
@@ -9,7 +10,7 @@ import subprocess
 import sys
 import time
 
-DEADLINE_S = 30.0
+DEADLINE_S = 60.0
 _QUERY = re.compile(rb"\x1b\[(\d+);(\d+)H\x1b\[6n|\x1b\[\?u|\x1b\[=(\d+);1u|\x1b\[>(\d+)u|\x1b\[<u")
 
 
@@ -23,6 +24,10 @@ class PtyTerminal:
         self.answers, self.kitty, self.knows = answers, kitty, knows
         self.flags = [0]
         self.output = b""
+        self.screen = None
+        """A `Screen` that is fed what comes, from when it is put here."""
+        self.questions = 0
+        """How often it was asked where its cursor is: once in a frame, before the frame's picture."""
         self._seen = 0
         self.master, slave = pty.openpty()
         os.set_blocking(self.master, False)
@@ -60,7 +65,7 @@ class PtyTerminal:
         """Be a terminal for so long: take what is written, answer what is asked."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
-            if self.master is None or not select.select([self.master], [], [], left)[0]:
+            if not select.select([self.master] if self.master is not None else [], [], [], left)[0]:
                 continue
             try:
                 data = os.read(self.master, 65536)
@@ -68,12 +73,15 @@ class PtyTerminal:
                 return
             self.output += data
             self._reply()
+            if self.screen is not None:
+                self.screen.feed(data)
 
     def _reply(self):
         for match in _QUERY.finditer(self.output, self._seen):
             self._seen = match.end()
             row, column, set_to, pushed = match.groups()
             if row:
+                self.questions += 1
                 if self.answers:
                     self.type(b"\x1b[%s;%sR" % (row, column))
             elif not self.kitty:
@@ -86,6 +94,13 @@ class PtyTerminal:
                 self.flags[:] = self.flags[:-1] or [0]
             else:
                 self.type(b"\x1b[?%du" % self.flags[-1])
+
+    def wait_to_show(self, what, shows):
+        """Until `screen` shows it."""
+        end = time.monotonic() + DEADLINE_S
+        while not shows(self.screen):
+            assert time.monotonic() < end, "\n".join([f"not within {DEADLINE_S:g} s: {what}", *self.screen.lines])
+            self.serve(0.05)
 
     def wait_for(self, text, since=0):
         wanted, end = text.encode(), time.monotonic() + DEADLINE_S
@@ -123,30 +138,58 @@ class PtyTerminal:
 
 
 _SEQUENCE = re.compile(r"\x1b\[([?<>=]?)([\d;]*)([A-Za-z])|\x1b[78]|\x1b.|\r|\n|[^\x1b\r\n]", re.DOTALL)
+_BEGUN = re.compile(r"\x1b(\[[?<>=]?[\d;]*)?$")
+
+
+class Screen:
+    """A screen that was blank: of each cell its character and its colours (ECMA-48: CUP, SGR). `feed` draws on it."""
+
+    def __init__(self, rows, columns):
+        self.rows, self.columns = rows, columns
+        self._decode = codecs.getincrementaldecoder("utf-8")("replace").decode
+        self._rest = ""
+        self._x, self._y, self._colours, self._saved = 0, 0, "", (0, 0)
+        self._clear()
+
+    def _clear(self):
+        self.cells = [[(" ", "")] * self.columns for _ in range(self.rows)]
+
+    @property
+    def lines(self):
+        """What can be read on it."""
+        return ["".join(sign for sign, _ in row) for row in self.cells]
+
+    def feed(self, output):
+        """Some more output, cut anywhere."""
+        text = self._rest + self._decode(output)
+        begun = _BEGUN.search(text)
+        self._rest = begun.group() if begun else ""
+        for match in _SEQUENCE.finditer(text, 0, len(text) - len(self._rest)):
+            self._draw(match.group(), *match.groups())
+
+    def _draw(self, word, private, numbers, final):
+        if final == "H" and not private:
+            self._y, self._x = (int(number or 1) - 1 for number in (numbers or "1;1").split(";"))
+        elif final == "m" and not private:
+            self._colours = "" if numbers in ("", "0") else ";".join(filter(None, (self._colours, numbers)))
+        elif final == "J":
+            self._clear()
+        elif word == "\x1b7":
+            self._saved = self._x, self._y
+        elif word == "\x1b8":
+            self._x, self._y = self._saved
+        elif word == "\r":
+            self._x = 0
+        elif word == "\n":
+            self._y += 1
+        elif not word.startswith("\x1b"):
+            if self._x < self.columns and self._y < self.rows:  # it may not know yet that its window has shrunk
+                self.cells[self._y][self._x] = word, self._colours
+            self._x += 1
 
 
 def cells(output, rows, columns):
-    """What a blank screen shows after that output: of each cell its character and its colours (ECMA-48: CUP, SGR)."""
-    screen = [[(" ", "")] * columns for _ in range(rows)]
-    x, y, colours, saved = 0, 0, "", (0, 0)
-    for match in _SEQUENCE.finditer(output.decode("utf-8", "replace")):
-        word, (private, numbers, final) = match.group(), match.groups()
-        if final == "H" and not private:
-            y, x = (int(number or 1) - 1 for number in (numbers or "1;1").split(";"))
-        elif final == "m" and not private:
-            colours = "" if numbers in ("", "0") else ";".join(filter(None, (colours, numbers)))
-        elif final == "J":
-            screen = [[(" ", "")] * columns for _ in range(rows)]
-        elif word == "\x1b7":
-            saved = x, y
-        elif word == "\x1b8":
-            x, y = saved
-        elif word == "\r":
-            x = 0
-        elif word == "\n":
-            y += 1
-        elif not word.startswith("\x1b"):
-            if x < columns and y < rows:  # the program may not know yet that its window has shrunk
-                screen[y][x] = word, colours
-            x += 1
-    return screen
+    """What a blank screen shows after that output."""
+    screen = Screen(rows, columns)
+    screen.feed(output)
+    return screen.cells

@@ -360,16 +360,32 @@ def test_a_golden_is_not_pinned_in_ci(call, monkeypatch):
     assert "CI" in err
 
 
+LONG = """
+schema = 1
+name = "long"
+seconds = 200.0
+[[stick]]
+at_s = 0.1
+aux1 = true
+[[stick]]
+at_s = 0.2
+forward = 0.3
+turn = 0.5
+"""
+
+
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_keeps_what_has_been_recorded(tmp_path, stop):
-    command = [sys.executable, "-m", "bench", "replay", str(DEMO), "--record", str(tmp_path / "cut")]
+    (tmp_path / "long.toml").write_text(LONG)
+    command = [sys.executable, "-m", "bench", "replay", tmp_path / "long.toml", "--record", tmp_path / "cut"]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     log = tmp_path / "cut" / "can.log"
-    deadline = time.monotonic() + 20
-    while not (log.exists() and log.stat().st_size > 0) and time.monotonic() < deadline:
+    deadline = time.monotonic() + 60
+    while not (log.exists() and log.stat().st_size > 0):
+        assert time.monotonic() < deadline, "it records nothing"
         time.sleep(0.01)
     process.send_signal(stop)
-    _, err = process.communicate(timeout=20)
+    _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert err.strip() == "wheelbench replay: interrupted"
     status = main(["replay", str(tmp_path / "cut")])

@@ -86,7 +86,7 @@ def can_be_worked_with(capsys, cut, whole, ticks):
 
 
 def test_kill_9_in_the_middle_of_a_run_loses_nothing_that_was_flushed(tmp_path, whole, capsys):
-    (tmp_path / "long.toml").write_text(LONG.format(seconds=120.0))
+    (tmp_path / "long.toml").write_text(LONG.format(seconds=200.0))
     command = [sys.executable, "-m", "bench", "replay", tmp_path / "long.toml", "--record", tmp_path / "run"]
     log, end = tmp_path / "run" / "can.log", time.monotonic() + DEADLINE_S
     with subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(ROOT)}, stdout=subprocess.DEVNULL) as process:

@@ -66,7 +66,7 @@ def run_in_terminal(line, folder):
         os.execvpe("bash", ["bash", "-c", f"stty rows 24 cols 80; exec {line}"], environment())
     robot = re.search(r"--robot (\S+)", line)
     title = robot.group(1).encode() if robot else b"m2006"
-    seen, asked, deadline = b"", False, time.monotonic() + 30
+    seen, asked, deadline = b"", False, time.monotonic() + 60
     while time.monotonic() < deadline:
         if select.select([terminal], [], [], 0.1)[0]:
             try:

@@ -59,6 +59,7 @@ def in_terminal(answer, env=None):
     """Run `doctor` in a pty that is a terminal of 100x30 and says this when it is asked; what it printed."""
     master, slave = os.openpty()
     code = "import sys, termios; termios.tcsetwinsize(0, (30, 100)); from bench.__main__ import main; "
+    code += "from bench.cli import doctor; doctor.KITTY_S = 60.0; "  # this one answers, whenever it gets to it
     code += "sys.exit(main(['doctor']))"
     running = subprocess.Popen(
         [sys.executable, "-c", code],
@@ -70,7 +71,7 @@ def in_terminal(answer, env=None):
         start_new_session=True,
     )
     os.close(slave)
-    seen, answered, deadline = b"", False, time.monotonic() + 30
+    seen, answered, deadline = b"", False, time.monotonic() + 60
     while time.monotonic() < deadline:
         if select.select([master], [], [], 0.05)[0]:
             try:
@@ -80,7 +81,7 @@ def in_terminal(answer, env=None):
         if b"\x1b[c" in seen and not answered:
             answered = True
             os.write(master, answer)
-    assert running.wait(30) == 0
+    assert running.wait(60) == 0
     os.close(master)
     return seen.decode()
 

@@ -178,23 +178,53 @@ def started(tmp_path):
         terminal.close()
 
 
-def test_a_key_that_comes_before_the_bench_waits_for_it(started):
-    terminal = started("drive")
-    terminal.wait_for(BUILDING.upper())
-    assert b"not armed since boot" not in terminal.output
-    terminal.type(b"\r")
+SLOWLY = """
+import sys, time
+from pathlib import Path
+from bench.tui import Dashboard
+build = Dashboard._build
+def slowly(self):
+    while not Path("build").exists():
+        time.sleep(0.01)
+    build(self)
+Dashboard._build = slowly
+from bench.__main__ import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def opened(tmp_path):
+    """The screen that a command opens, with these keys pressed while its bench is being built."""
+    terminals = []
+
+    def start(keys, *command):
+        (tmp_path / "build").unlink(missing_ok=True)
+        terminal = PtyTerminal(tmp_path, "-c", SLOWLY, *command)
+        terminals.append(terminal)
+        terminal.wait_for(BUILDING.upper())
+        terminal.type(keys)
+        terminal.serve(0.1)
+        assert not any(said in terminal.output for said in (b"not armed since boot", b"identical so far"))
+        (tmp_path / "build").touch()
+        return terminal
+
+    yield start
+    for terminal in terminals:
+        terminal.close()
+
+
+def test_a_key_that_comes_before_the_bench_waits_for_it(opened):
+    terminal = opened(b"\r", "drive")
     terminal.wait_for(" ARMED ")
     terminal.type(b"\x1b")
     assert terminal.ended() == 0
 
 
-def test_a_run_to_be_shown_is_built_behind_its_picture_and_heeds_the_keys_that_came_before(started, tmp_path):
+def test_a_run_to_be_shown_is_built_behind_its_picture_and_heeds_the_keys_that_came_before(opened, tmp_path):
     """A recording that is shorter than the wait for a base's first frames too: nothing is to be armed."""
     for command in (("demo",), ("drive", "--replay", recorded(tmp_path / "run"))):
-        terminal = started(*command)
-        terminal.wait_for(BUILDING.upper())
-        assert b"identical so far" not in terminal.output
-        terminal.type(b"2")
+        terminal = opened(b"2", *command)
         terminal.wait_for("[2 wires]")
         terminal.type(b"\x1b")
         assert terminal.ended() == 0

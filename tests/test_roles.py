@@ -42,7 +42,7 @@ from bench.world import World
 
 ROOT = Path(__file__).parents[1]
 M2006 = load_robot("m2006")
-DEADLINE_S = 30.0
+DEADLINE_S = 60.0
 
 DRIVES = """schema = 1
 name = "drives"
@@ -60,14 +60,25 @@ vx_mps = 0.2
 """
 
 
+AGAIN = """[[stick]]
+at_s = {at_s}.7
+[[stick]]
+at_s = {at_s}.9
+aux1 = true
+[[stick]]
+at_s = {at_s}.95
+forward = 0.5
+"""
+
+
 def scenario(tmp_path, seconds=1.5, more=""):
     path = tmp_path / "drives.toml"
     path.write_text(DRIVES.format(seconds=seconds) + more)
     return path
 
 
-def until(holds, step=lambda: None, seconds=DEADLINE_S):
-    deadline = time.monotonic() + seconds
+def until(holds, step=lambda: None):
+    deadline = time.monotonic() + DEADLINE_S
     while not holds():
         assert time.monotonic() < deadline, "nothing came"
         step()
@@ -356,15 +367,22 @@ def adapter(tmp_path):
     made.pull()
 
 
+@pytest.fixture
+def long_drive(tmp_path):
+    """Longer than any test takes. It arms in its first second, and where the machine stood still just then (the
+    operator was silent, and real motors got nothing) once more every ten seconds.
+    """
+    return scenario(tmp_path, 100.0, "".join(AGAIN.format(at_s=at_s) for at_s in range(9, 90, 10)))
+
+
 def moving(commands):
     return any(data != bytes(8) for _, data in commands)
 
 
-def test_a_run_says_that_its_cable_was_pulled_and_goes_on_when_it_is_back(tmp_path, adapter):
+def test_a_run_says_that_its_cable_was_pulled_and_goes_on_when_it_is_back(tmp_path, adapter, long_drive):
     recording = tmp_path / "run"
-    path = scenario(tmp_path, seconds=60.0)
     running = wheelbench(
-        "replay", path, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm", "--record", recording
+        "replay", long_drive, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm", "--record", recording
     )
     try:
         until(lambda: moving(adapter.commands), adapter.step)
@@ -396,11 +414,9 @@ def test_a_run_says_that_its_cable_was_pulled_and_goes_on_when_it_is_back(tmp_pa
 
 
 @pytest.mark.parametrize("what", ["killed", "stopped"])
-def test_when_the_operators_process_is_gone_the_motors_stop(tmp_path, adapter, what):
-    path = scenario(tmp_path, seconds=60.0)
-    running = wheelbench(
-        "replay", path, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm", "--record", tmp_path / "run"
-    )
+def test_when_the_operators_process_is_gone_the_motors_stop(tmp_path, adapter, long_drive, what):
+    wires = ("--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm")
+    running = wheelbench("replay", long_drive, *wires, "--record", tmp_path / "run")
     try:
         until(lambda: moving(adapter.commands), adapter.step)
         running.send_signal(signal.SIGKILL if what == "killed" else signal.SIGSTOP)
@@ -430,9 +446,8 @@ def test_when_the_operators_process_is_gone_the_motors_stop(tmp_path, adapter, w
     not Path(f"/proc/self/task/{os.getpid()}/children").exists(),
     reason="this kernel does not tell a process's children",
 )
-def test_when_the_loops_own_process_is_killed_the_motors_are_stopped_by_its_parent(tmp_path, adapter):
-    path = scenario(tmp_path, seconds=60.0)
-    running = wheelbench("replay", path, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm")
+def test_when_the_loops_own_process_is_killed_the_motors_are_stopped_by_its_parent(adapter, long_drive):
+    running = wheelbench("replay", long_drive, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm")
     try:
         until(lambda: moving(adapter.commands), adapter.step)
         (loop,) = Path(f"/proc/{running.pid}/task/{running.pid}/children").read_text().split()
@@ -449,51 +464,67 @@ def test_when_the_loops_own_process_is_killed_the_motors_are_stopped_by_its_pare
         running.communicate()
 
 
-def test_motors_and_bench_meet_over_multicast_between_processes(tmp_path):
-    pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
-    where = "can:udp_multicast:239.74.163.11?port=43979"
-    escs = wheelbench("emulate", "escs", where, "--json")
+def logged(recording, name, pattern):
+    """How often this stands in a log of a recording that is being written."""
+    path = recording / name
+    return len(re.findall(pattern, path.read_text(), re.MULTILINE)) if path.exists() else 0
+
+
+def ended(process, how=signal.SIGINT):
+    """What it says at its end, the last line read as JSON; asked to end by Ctrl-C, unless it does so by itself."""
+    if how is not None:
+        process.send_signal(how)
+    out, err = process.communicate(timeout=DEADLINE_S)
+    assert process.returncode in ((0, 130) if how is not None else (0,)), err
+    return json.loads(out.splitlines()[-1]), err
+
+
+def test_motors_and_bench_meet_over_multicast_between_processes(tmp_path, multicast, long_drive):
+    recording = tmp_path / "run"
+    wires = ("--role", "motors", "--can", multicast, "--arm", "--json")
+    escs = wheelbench("emulate", "escs", multicast, "--json")
+    run = None
     try:
         assert json.loads(escs.stdout.readline())["event"] == "listening"
-        run = wheelbench("replay", scenario(tmp_path, 0.8), "--role", "motors", "--can", where, "--arm", "--json")
-        out, err = run.communicate(timeout=60)
-        facts = json.loads(out)
-        assert run.returncode == 0, err
+        run = wheelbench("replay", long_drive, *wires, "--record", recording)
+        until(lambda: logged(recording, "can.log", r" 20[1-4]#") > 200)
+        until(lambda: logged(recording, "can.log", r" 201#.{8}(?!0000)") > 10)
+        facts, _ = ended(run)
         assert facts["role"] == "motors"
         assert facts["frames"]["can_feedback"] > 200
         assert 0.0 < facts["top_current_a"] <= 0.6
-        assert facts["lateness"]["ticks"] == 800
-        escs.send_signal(signal.SIGINT)
-        told, _ = escs.communicate(timeout=60)
-        last = json.loads(told.splitlines()[-1])
+        facts, _ = ended(wheelbench("replay", scenario(tmp_path, 0.6), *wires), None)
+        assert facts["lateness"]["ticks"] == 600, "it ends by itself"
+        last, _ = ended(escs)
         assert last["commands"] > 10
     finally:
-        escs.kill()
-        escs.communicate()
+        for one in filter(None, (run, escs)):
+            one.kill()
+            one.communicate()
 
 
 def test_a_firmware_in_another_process_meets_the_bench_on_three_wires(tmp_path):
-    at = {wire: tmp_path / wire for wire in ("rc", "slamware", "can")}
+    at, recording = {wire: tmp_path / wire for wire in ("rc", "slamware", "can")}, tmp_path / "run"
     run = wheelbench(
-        "replay", scenario(tmp_path), "--role", "base", "--json",
+        "replay", scenario(tmp_path, 100.0), "--role", "base", "--json", "--record", recording,
         "--rc", f"pty:{at['rc']}", "--slamware", f"pty:{at['slamware']}", "--can", f"can:slcan:pty:{at['can']}",
     )  # fmt: skip
     firmware = None
     try:
         until(lambda: all(link.exists() for link in at.values()) or run.poll() is not None)
         firmware = wheelbench(
-            "emulate", "firmware", "--json", "--arm",
+            "emulate", "firmware", "--json", "--arm", "--seconds", "200",
             "--rc", f"serial:{at['rc']}", "--slamware", f"serial:{at['slamware']}", "--can", f"can:slcan:{at['can']}",
         )  # fmt: skip
-        out, err = run.communicate(timeout=60)
-        assert run.returncode == 0, err
-        facts = json.loads(out)
+        until(lambda: logged(recording, "can.log", r" 200#") > 100 and logged(recording, "slamware.log", r" < ") > 10)
+        heard = {"feedback": 0, "rc_frames": 0}
+        while heard["feedback"] <= 100 or heard["rc_frames"] <= 10:
+            heard |= json.loads(firmware.stdout.readline())
+        facts, err = ended(run)
         assert facts["frames"]["can_commands"] > 100
         assert facts["frames"]["core_answers"] > 3
         assert "waiting" in err, "it began when the firmware was there"
-        firmware.send_signal(signal.SIGINT)
-        told, _ = firmware.communicate(timeout=60)
-        last = json.loads(told.splitlines()[-1])
+        last, _ = ended(firmware)
         assert last["feedback"] > 100
         assert last["rc_frames"] > 10
     finally:
@@ -505,18 +536,19 @@ def test_a_firmware_in_another_process_meets_the_bench_on_three_wires(tmp_path):
 
 def test_a_core_in_another_process_meets_the_bench(tmp_path):
     line = tmp_path / "core"
-    core = wheelbench("emulate", "core", f"pty:{line}", "--twist", "0.1,0,0", "--json")
+    core, run = wheelbench("emulate", "core", f"pty:{line}", "--twist", "0.1,0,0", "--json"), None
     try:
         assert json.loads(core.stdout.readline())["where"] == str(line)
-        run = wheelbench("replay", scenario(tmp_path), "--role", "core", "--slamware", f"serial:{line}", "--json")
-        out, err = run.communicate(timeout=60)
-        assert run.returncode == 0, err
-        frames = json.loads(out)["frames"]
+        wires = ("--role", "core", "--slamware", f"serial:{line}", "--json", "--record", tmp_path / "run")
+        run = wheelbench("replay", scenario(tmp_path, 100.0), *wires)
+        until(lambda: all(logged(tmp_path / "run", "slamware.log", way) > 20 for way in (" > ", " < ")))
+        frames = ended(run)[0]["frames"]
         assert frames["core_requests"] > 3
         assert frames["core_answers"] > 3
     finally:
-        core.kill()
-        core.communicate()
+        for one in filter(None, (run, core)):
+            one.kill()
+            one.communicate()
 
 
 def test_ports_that_do_not_open_are_told_before_anything_runs(tmp_path):
@@ -569,20 +601,25 @@ def test_the_loop_has_a_share_of_the_processor_of_its_own():
 
 def test_an_operator_drives_through_the_process_and_silence_stops_the_robot():
     transmitter = Transmitter(M2006.rc)
-    held = {"sticks": Sticks()}
-    link = paced(
-        lambda: Prepared(simulated(M2006), None),
-        lambda tick: TickInput(transmitter.step(tick, held["sticks"])),
-        operator=True,
-    )
+    drives = False
+
+    def inputs(tick):
+        """The switch is pressed every second until the base is armed; where this process is held up, anew."""
+        arming = not drives and tick % 1000 >= 800
+        return TickInput(transmitter.step(tick, Sticks(forward=0.5 * drives, aux1=arming)))
+
+    def moves():
+        nonlocal drives
+        link.advance()
+        drives = link.latest().armed
+        return drives and link.latest().twist.vx_mps > 0.1
+
+    link = paced(lambda: Prepared(simulated(M2006), None), inputs, operator=True)
     try:
-        until(lambda: link.advance() >= 0 and link.latest().link == "live")
-        held["sticks"] = Sticks(aux1=True)
-        until(lambda: link.advance() >= 0 and link.latest().armed)
-        held["sticks"] = Sticks(forward=0.5)
-        until(lambda: link.advance() >= 0 and link.latest().twist.vx_mps > 0.1)
-        wait_ns(1_200_000_000)  # the screen hangs
-        link.poll()
+        until(moves)
+        link.poll()  # the last for a while: the screen hangs
+        hung_tick = link.latest().tick
+        until(lambda: link.latest().tick > hung_tick + 1200, link.poll)
         assert not link.latest().armed
         assert link.latest().twist.vx_mps == pytest.approx(0.0, abs=1e-3)
         until(lambda: link.advance() >= 0 and link.latest().link == "live")
@@ -604,6 +641,7 @@ def test_a_screen_drives_real_motors_and_leaves_them_at_rest(tmp_path, adapter):
     session = Session(link, keyboard=keyboard)
 
     drawn = iter(range(1_000_000))
+    heeded_tick = 0
 
     def frame():
         session.frame()
@@ -613,19 +651,21 @@ def test_a_screen_drives_real_motors_and_leaves_them_at_rest(tmp_path, adapter):
                 draw(name, scene, 60, 20)
         adapter.step()
 
-    def presses(key):
-        def step():
-            session.key(key)
-            for _ in range(10):
-                frame()
-
-        return step
+    def drive():
+        """Arm and push, as a person does: again where the machine stood still and the link was lost meanwhile."""
+        nonlocal heeded_tick
+        now = link.latest()
+        if now.armed:
+            session.key("w")
+        elif now.tick > heeded_tick:  # a second press before the first is heeded would disarm
+            session.key("enter")
+            heeded_tick = link.now_tick + 1000
+        for _ in range(10):
+            frame()
 
     try:
         until(lambda: link.has_begun and link.latest().link == "live", frame)
-        session.key("enter")  # once: a second press would disarm
-        until(lambda: link.latest().armed, frame)
-        until(lambda: moving(adapter.commands), presses("w"))
+        until(lambda: moving(adapter.commands), drive)
         assert not session.failure
         leaving = threading.Thread(target=session.leave)  # it waits for the base to disarm: the motors go on meanwhile
         leaving.start()

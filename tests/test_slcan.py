@@ -15,6 +15,7 @@ from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
 from bench.io.clock import now_ns, wait_ns
 from bench.io.emulated.slcan import SlcanAdapter, SlcanOnLine
+from bench.io.kinds import slcan_port
 from bench.io.kinds.crossed import crossed
 from bench.io.limiter import Limiter
 from bench.io.serial_port import open_serial
@@ -163,8 +164,8 @@ class Running:
         self.device.step(self.tick)
         self.tick += 1
 
-    def until(self, holds, seconds=10):
-        deadline_ns = now_ns() + int(seconds * 1e9)
+    def until(self, holds):
+        deadline_ns = now_ns() + 60_000_000_000
         while not holds():
             assert now_ns() < deadline_ns, "nothing came"
             self.step()
@@ -190,7 +191,7 @@ def test_python_can_drives_the_adapter(adapter):
         assert got == [(0x200, bytes(range(8)))]
         adapter.far.write([(0x201, b"\x01\x02"), (0x202, b"")])
         adapter.step()
-        messages = [bus.recv(5), bus.recv(5)]
+        messages = [bus.recv(60), bus.recv(60)]
         assert [(one.arbitration_id, bytes(one.data)) for one in messages] == [(0x201, b"\x01\x02"), (0x202, b"")]
     finally:
         bus.shutdown()
@@ -312,8 +313,9 @@ def test_a_pulled_cable_is_noticed_and_taken_up_again(tmp_path):
         again.device.close()
 
 
-def test_an_adapter_that_will_not_open_is_named():
+def test_an_adapter_that_will_not_open_is_named(monkeypatch):
     """It refuses everything but its version."""
+    monkeypatch.setattr(slcan_port, "ANSWER_NS", 60_000_000_000)  # this one does answer, whenever it gets to it
     master, slave = os.openpty()
 
     def refuse():

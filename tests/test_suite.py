@@ -183,10 +183,10 @@ def test_a_run_whose_process_is_killed_is_a_failure_and_the_others_go_on(tmp_pat
     killed = []
 
     def watch(shares):
-        if not killed and shares[0] > 0.0 and all(share == 1.0 for share in shares[1:]):
-            [worker] = multiprocessing.active_children()  # who has nothing left to do has gone
-            os.kill(worker.pid, signal.SIGKILL)
-            killed.append(worker.pid)
+        workers = multiprocessing.active_children()  # who has nothing left to do has gone, once its answer is taken
+        if not killed and shares[0] > 0.0 and all(share == 1.0 for share in shares[1:]) and len(workers) == 1:
+            os.kill(workers[0].pid, signal.SIGKILL)
+            killed.append(workers[0].pid)
         return False
 
     results = list(run_scenarios([tmp_path / f"{name}.toml" for name in texts], jobs=2, watch=watch))

@@ -4,6 +4,7 @@ import gc
 import os
 import threading
 import time
+from contextlib import contextmanager
 from itertools import pairwise
 
 import can
@@ -11,11 +12,13 @@ import pytest
 
 from bench.canbus.bits import frame_bits
 from bench.config import load_robot
+from bench.io import timed_can
 from bench.io.can_port import open_can
+from bench.io.clock import now_ns
 from bench.io.emulated.devices import EscsOnBus
 from bench.m2006 import decode_feedback, encode_command
 
-BITRATE = 50_000  # slow enough that a busy machine changes no order: a frame lasts 2.5 ms
+BITRATE = 50_000  # a frame lasts 2.5 ms
 
 
 @pytest.fixture
@@ -30,6 +33,32 @@ def node(request):
     yield join
     for bus in opened:
         bus.shutdown()
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The wires' clock. While it stands, all that is sent is sent at that instant, however busy the machine is."""
+
+    class Clock:
+        behind_ns, stood_ns = 0, None
+
+        def __call__(self):
+            return now_ns() - self.behind_ns if self.stood_ns is None else self.stood_ns
+
+        @contextmanager
+        def stands(self):
+            self.stood_ns = self()
+            try:
+                yield
+            finally:
+                self.behind_ns, self.stood_ns = now_ns() - self.stood_ns, None
+
+        def pass_ms(self, milliseconds):
+            self.stood_ns += int(1e6 * milliseconds)
+
+    made = Clock()
+    monkeypatch.setattr(timed_can, "now_ns", made)
+    return made
 
 
 def message(can_id, data=bytes(8), **more):
@@ -55,14 +84,16 @@ def test_what_one_sends_the_others_hear_when_it_is_through(node):
     assert own.recv(10).is_rx is False
 
 
-def test_a_burst_goes_back_to_back_and_by_urgency(node):
+def test_a_burst_goes_back_to_back_and_by_urgency(node, clock):
     """Three nodes have queues full before the first frame is through: the wire takes the most urgent head each time."""
     ears = node()
     senders = {first: node() for first in (0x300, 0x100, 0x200)}
-    senders[0x300].send(message(0x7FF))  # takes the wire for 2.5 ms, in which all the others queue up
-    for first, bus in senders.items():
-        for k in range(3):
-            bus.send(message(first + k, bytes([k] * 8)))
+    with clock.stands():
+        senders[0x300].send(message(0x7FF))  # takes the wire for 2.5 ms, in which all the others queue up
+        clock.pass_ms(1)
+        for first, bus in senders.items():
+            for k in range(3):
+                bus.send(message(first + k, bytes([k] * 8)))
     heard = [ears.recv(10) for _ in range(10)]
     assert [one.arbitration_id for one in heard] == [
         0x7FF, 0x100, 0x101, 0x102, 0x200, 0x201, 0x202, 0x300, 0x301, 0x302,
@@ -72,24 +103,20 @@ def test_a_burst_goes_back_to_back_and_by_urgency(node):
         assert bits == pytest.approx(frame_bits(after.arbitration_id, bytes(after.data)), abs=0.01)
 
 
-def flood(bus):
-    for _ in range(10):
-        bus.send(message(0x200))
-
-
-def test_a_full_queue_refuses_and_with_patience_takes(node):
+def test_a_full_queue_refuses_and_with_patience_takes(node, clock):
     bus = node(tx_frames=3)
     ears = node()
-    for k in range(4):  # one is on the wire
-        bus.send(message(0x100 + k))
-        time.sleep(0.0005) if k == 0 else None
-    with pytest.raises(can.CanOperationError, match="3 frames wait already"):
-        flood(bus)
+    with clock.stands():
+        for k in range(4):
+            bus.send(message(0x100 + k))
+            clock.pass_ms(0.1)  # the first is on the wire
+        with pytest.raises(can.CanOperationError, match="3 frames wait already"):
+            bus.send(message(0x200))
     bus.send(message(0x2FF), timeout=10)
     heard = []
     while not heard or heard[-1] != 0x2FF:
         heard.append(ears.recv(10).arbitration_id)
-    assert heard[:4] == [0x100, 0x101, 0x102, 0x103]
+    assert heard == [0x100, 0x101, 0x102, 0x103, 0x2FF]
 
 
 def test_extended_and_remote_frames_and_what_is_none(node):
@@ -187,22 +214,29 @@ def test_shutdown_ends_a_thread_that_waits_and_says_so_to_others(node):
 
 def test_two_threads_of_one_bus_send_and_receive_and_nothing_is_lost_or_doubled(node):
     one, two = node(bitrate=1_000_000), node(bitrate=1_000_000)
-    got = []
+    got, all_sent = [], threading.Event()
 
     def send(first):
         for k in range(100):
             one.send(message(first, k.to_bytes(8, "big")), timeout=20)
 
     def receive():
-        while (heard := two.recv(2)) is not None:
-            got.append((heard.arbitration_id, int.from_bytes(heard.data, "big")))
+        while True:
+            is_last = all_sent.is_set() and one._wire.bus.next_end is None
+            if (heard := two.recv(0.02)) is not None:
+                got.append((heard.arbitration_id, int.from_bytes(heard.data, "big")))
+            elif is_last:
+                return
 
-    threads = [threading.Thread(target=send, args=(can_id,), daemon=True) for can_id in (0x100, 0x200)]
-    threads += [threading.Thread(target=receive, daemon=True) for _ in range(2)]
-    for thread in threads:
+    senders = [threading.Thread(target=send, args=(can_id,), daemon=True) for can_id in (0x100, 0x200)]
+    receivers = [threading.Thread(target=receive, daemon=True) for _ in range(2)]
+    for thread in (*senders, *receivers):
         thread.start()
-    for thread in threads:
-        thread.join(40)
+    for thread in senders:
+        thread.join(60)
+    all_sent.set()
+    for thread in receivers:
+        thread.join(60)
     assert sorted(got) == [(can_id, k) for can_id in (0x100, 0x200) for k in range(100)]
 
 
