@@ -99,7 +99,7 @@ def _drop_output() -> None:
 
 def _run(args: argparse.Namespace) -> int:
     from bench.cli.interrupt import hand_over
-    from bench.errors import BenchError
+    from bench.errors import BenchError, spelt
 
     hand_over()  # `main` catches it from here on, and what the verb opens shall be closed
     try:
@@ -107,13 +107,8 @@ def _run(args: argparse.Namespace) -> int:
     except BenchError as error:
         if getattr(args, "traceback", False) and error.__cause__ is not None:
             _print_whole(error.__cause__)
-        print(f"wheelbench {args.verb}: {_spelt(str(error))}", file=sys.stderr)
+        print(f"wheelbench {args.verb}: {spelt(str(error))}", file=sys.stderr)
         return error.exit_status
-
-
-def _spelt(text: str) -> str:
-    """What the user has given us may hold anything, and is no command to their terminal."""
-    return "".join(letter if letter.isprintable() or letter in "\n\t" else repr(letter)[1:-1] for letter in text)
 
 
 def _print_whole(error: BaseException) -> None:

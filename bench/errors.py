@@ -28,3 +28,8 @@ class SurroundingsError(BenchError):
     """What is asked for is right, but this machine cannot do it now: no such port, no room, no permission."""
 
     exit_status = EXIT_ENVIRONMENT
+
+
+def spelt(text: str) -> str:
+    """Text from outside, which may hold control characters and halves of characters, as a line may show it."""
+    return "".join(letter if letter.isprintable() or letter in "\n\t" else repr(letter)[1:-1] for letter in text)

@@ -444,6 +444,30 @@ def test_a_name_that_is_no_text_is_spelt_out(call, tmp_path):
     assert (record / "can.log").exists()
 
 
+def test_a_base_and_a_page_in_a_place_whose_name_is_no_text(call, tmp_path):
+    odd = os.fsdecode(b"caf\xe9")
+    folder = tmp_path / odd
+    folder.mkdir()
+    scenario = short_scenario(folder, "", seconds=0.1)
+    (folder / f"{odd}.py").write_text("from bench.base import Base\n")
+    status, _, err = call("replay", scenario, "--controller", folder / f"{odd}.py:Base", "--record", tmp_path / "run")
+    assert (status, err) == (0, "")
+    status, _, err = call("replay", scenario, "--html", tmp_path / "page.html", "--junit", tmp_path / "junit.xml")
+    assert (status, err) == (0, "")
+    assert "caf\\udce9" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_a_scenario_is_not_written_over_by_its_page(call, tmp_path):
+    """`--html *.toml` takes the first of them for the page's name."""
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.toml").write_text(short_scenario(tmp_path, "", seconds=0.1).read_text())
+    before = (tmp_path / "a.toml").read_bytes()
+    status, out, err = call("replay", "--html", tmp_path / "a.toml", tmp_path / "b.toml")
+    assert (status, out) == (2, "")
+    assert "a.toml: would be written over" in err
+    assert (tmp_path / "a.toml").read_bytes() == before
+
+
 @pytest.mark.parametrize("name", ["\x1b[31mred", "bell\a", os.fsdecode(b"caf\xe9"), "back\b"])
 def test_what_the_user_gives_is_no_command_to_their_terminal(call, name):
     for verb in (("replay", name), ("kin", name), ("decode", "sbus", name), ("emulate", "core", name)):

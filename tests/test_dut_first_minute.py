@@ -1,6 +1,7 @@
 """A team's folder as a generator leaves it, from `dut init` to a robot that drives; and words where it stumbles."""
 
 import json
+import os
 import shutil
 import textwrap
 from pathlib import Path
@@ -43,6 +44,20 @@ def made(folder, source, toml=""):
     (folder / "fw.c").write_text(textwrap.dedent(source))
     (folder / "fw.toml").write_text(f'schema = 1\nname = "fw"\nsources = ["fw.c"]\n{toml}')
     return folder / "fw.toml"
+
+
+def test_a_folder_whose_name_is_no_text_is_begun_and_compiled(tmp_path, capsys):
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    status, _, err = said(capsys, "dut", "init", folder)
+    assert (status, err) == (0, "")
+    status, _, err = said(capsys, "dut", "build", folder / "wheelbench.toml")
+    assert (status, err) == (0, "")
+    (folder / os.fsdecode(b"\xe9.c")).write_text("int x;\n")
+    for path in folder.glob("*.toml"):
+        path.unlink()
+    status, out, err = said(capsys, "dut", "init", folder)
+    assert (status, out) == (2, "")
+    assert "a file's name is not UTF-8" in err
 
 
 def test_a_generators_folder_is_guessed_compiles_without_a_word_and_drives(tmp_path, capsys):

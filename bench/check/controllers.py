@@ -28,7 +28,7 @@ from typing import Any, NamedTuple, TypeAlias
 from bench.base import Base, ControlledBase
 from bench.check.subjects import SUBJECTS
 from bench.config import CONTROL_KINDS, SPEED_LOOP, Robot, nearest, with_choices
-from bench.errors import ControllerFailed, UsageError
+from bench.errors import ControllerFailed, UsageError, spelt
 from bench.messages import CanFrame
 
 Build: TypeAlias = Callable[[Robot], ControlledBase]
@@ -99,7 +99,7 @@ def name_of(factory: object) -> str | None:
     except (TypeError, OSError):  # an instance with a __call__, or something from C
         file = Path(getattr(sys.modules.get(type(factory).__module__), "__file__", None) or "unknown").name
     name = getattr(factory, "__qualname__", type(factory).__qualname__)
-    return f"{file}:{name}"
+    return f"{spelt(file)}:{name}"
 
 
 def address_of(factory: object) -> str | None:
@@ -145,7 +145,7 @@ def _load_file(path: Path) -> ModuleType:
         raise UsageError(f"{path}: there is no such file; a controller is FILE.py:NAME or module:NAME")
     resolved = path.resolve()
     # Two files of one name are two modules; one file is loaded once.
-    name = f"{path.stem}_{hashlib.sha256(str(resolved).encode()).hexdigest()[:8]}"
+    name = f"{path.stem}_{hashlib.sha256(os.fsencode(resolved)).hexdigest()[:8]}"
     known = sys.modules.get(name)
     if known is not None:
         return known

@@ -5,14 +5,20 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from bench.errors import SurroundingsError
+from bench.errors import SurroundingsError, UsageError
 
 
 def refuse_hopeless(*paths: Path | None) -> None:
-    """Before a long run: what could not be written after it either. Raises SurroundingsError."""
+    """Before a long run: what could not be written after it either, and what nobody means to (`--html *.toml`). Raises
+    SurroundingsError, UsageError.
+    """
     for path in paths:
         if path is None:
             continue
+        if path.suffix == ".toml":
+            raise UsageError(
+                f"{path}: would be written over, and has the name of a TOML file; give the page's own name"
+            )
         if path.is_dir():
             why = "it is a directory"
         elif not path.parent.is_dir():
@@ -27,6 +33,7 @@ def refuse_hopeless(*paths: Path | None) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write a page or report. Raises SurroundingsError where the place refuses."""
     try:
-        path.write_text(text, encoding="utf-8")
+        # A file's name that is no text is spelt out there too.
+        path.write_text(text, encoding="utf-8", errors="backslashreplace")
     except OSError as error:
         raise SurroundingsError(f"{path}: cannot be written ({error.strerror}); give another place") from None

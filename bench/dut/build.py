@@ -334,7 +334,7 @@ def _is_fresh(folder: Path, wanted: str) -> bool:
 
 def _read_list(path: Path) -> Iterable[Path]:
     """The files that a compiler's list of dependencies names."""
-    words = path.read_text(encoding="utf-8").replace("\\\n", " ").replace("\\ ", "\0").split()
+    words = path.read_text(encoding="utf-8", errors="surrogateescape").replace("\\\n", " ").replace("\\ ", "\0").split()
     return (Path(word.replace("\0", " ")) for word in words if not word.endswith(":"))
 
 

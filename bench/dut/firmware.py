@@ -30,7 +30,7 @@ from bench.dut.output import Output
 from bench.dut.project import load_project
 from bench.dut.server import Server, server_of
 from bench.dut.trouble import Fault, Stalled, told
-from bench.errors import ControllerFailed
+from bench.errors import ControllerFailed, spelt
 from bench.messages import CanFrame
 
 PATIENCE_MS = 1000
@@ -58,7 +58,7 @@ class Firmware:
 
     def __init__(self, built: Built) -> None:
         self.built = built
-        self.controller_name = built.project.path.name
+        self.controller_name = spelt(built.project.path.name)
         """What a recording calls it."""
         project = built.project
         self.hears_no_core = bool(project.rc or project.can or project.fdcan) and not project.slamware

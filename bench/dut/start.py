@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.dut.project import C_ENDINGS
-from bench.errors import SurroundingsError, UsageError
+from bench.errors import SurroundingsError, UsageError, spelt
 
 STYLES = ("superloop", "interrupt", "rtos")
 PROJECT, PORT, STARTER = "wheelbench.toml", "wheelbench_port.c", "main.c"
@@ -78,13 +78,18 @@ def start(folder: Path, style: str | None = None) -> Started:
         texts[STARTER] = _template("starter")
     else:
         texts[PORT] = _template("superloop" if chosen == "superloop" else "board")
-    texts[PROJECT] = project_toml(folder.resolve().name, found, chosen)
+    texts[PROJECT] = project_toml(spelt(folder.resolve().name), found, chosen)
     for name in texts:
         if (folder / name).exists():
             raise UsageError(f"{folder / name}: is there already; remove it, or go on with it")
     try:
         for name, text in texts.items():
             (folder / name).write_text(text, encoding="utf-8")
+    except UnicodeEncodeError as error:
+        name = error.object[max(0, error.start - 20) : error.end + 20]
+        raise UsageError(
+            f"{folder}: a file's name is not UTF-8, which no project file can say; rename it (near {name!r})"
+        ) from None
     except OSError as error:
         raise SurroundingsError(f"{folder}: cannot be written ({error.strerror}); give another folder") from None
     return Started(chosen, tuple(folder / name for name in texts), found)

@@ -90,4 +90,6 @@ class DevicePort(SerialLine):
             return f"{path} is in use; close the other program (a serial monitor, ModemManager)"
         if number == errno.ENOTTY or "tcgetattr" in str(error) or "Could not configure port" in str(error):
             return f"{path} is no serial port; see `wheelbench doctor` for those there are"
-        return f"{path} {error if isinstance(error, ValueError) else 'cannot be opened (' + self._why(error) + ')'}"
+        if isinstance(error, ValueError):
+            return f"{path} {error}"
+        return f"{path} cannot be opened ({self._why(error)}); see `wheelbench doctor` for the ports there are"
