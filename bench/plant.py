@@ -20,7 +20,9 @@ pushes at the height of the centre of gravity: wheels that press against it lose
 
 from __future__ import annotations
 
+import atexit
 import math
+import weakref
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeAlias
@@ -63,10 +65,11 @@ class Plant:
     """
 
     __slots__ = (
-        "_acceleration", "_angle", "_axes", "_body", "_contact", "_current_limits", "_discs", "_feet", "_floor",
-        "_lift_above", "_load_rows", "_mass", "_omega", "_patches", "_pushed", "_rests_with", "_rolling", "_space",
-        "_step_engine", "_still", "_supply", "_torques", "_touches", "_velocity", "_walls", "_wheel_inertia",
-        "_yaw_inertia", "arena", "bad_currents", "currents_a", "wheel_angles_rad", "wheel_lift", "wheel_speeds_radps",
+        "_acceleration", "_angle", "_axes", "_body", "_building", "_contact", "_current_limits", "_discs", "_feet",
+        "_floor", "_lift_above", "_load_rows", "_mass", "_omega", "_patches", "_pushed", "_rests_with", "_rolling",
+        "_space", "_step_engine", "_still", "_supply", "_torques", "_touches", "_velocity", "_walls",
+        "_wheel_inertia", "_yaw_inertia", "arena", "bad_currents", "currents_a", "wheel_angles_rad", "wheel_lift",
+        "wheel_speeds_radps",
     )  # fmt: skip
 
     def __init__(
@@ -105,6 +108,8 @@ class Plant:
         """A wheel would have left the floor: load moves only as far as to tipping, and the motion is a guess."""
 
         self._space = pymunk.Space()
+        _SPACES.add(self._space)
+        self._building = pymunk.Body(body_type=pymunk.Body.STATIC)  # what walls are part of, and discs rub on
         self._step_engine = self._space.step
         self._space.gravity = (0.0, 0.0)
         self._space.damping = 1.0
@@ -119,7 +124,7 @@ class Plant:
         disc = pymunk.Circle(self._body, body.radius_m)
         disc.friction = disc.elasticity = 1.0  # the engine multiplies both with the wall's
         disc.collision_type = ROBOT
-        self._space.add(self._body, disc)
+        self._space.add(self._body, disc, self._building)
         self._walls = WallRows(body.mass_kg, body.inertia_kgm2, body.radius_m)
         self._touches: list[EngineTouch] = []
         self._space.on_collision(ROBOT, WALL, post_solve=_note_touch, data=self._touches)
@@ -360,7 +365,7 @@ class Plant:
 
     def _add_wall(self, arena: Arena, shape: Obstacle) -> None:
         x1, y1, x2, y2, radius = shape
-        wall = pymunk.Segment(self._space.static_body, (x1, y1), (x2, y2), radius)
+        wall = pymunk.Segment(self._building, (x1, y1), (x2, y2), radius)
         wall.friction, wall.elasticity = arena.friction, arena.restitution
         wall.collision_type = WALL
         self._space.add(wall)
@@ -372,14 +377,26 @@ class Plant:
         body.position = disc.x_m, disc.y_m
         shape = pymunk.Circle(body, disc.radius_m)
         shape.friction, shape.elasticity = arena.friction, arena.restitution
-        slides = pymunk.PivotJoint(space.static_body, body, (disc.x_m, disc.y_m), (0.0, 0.0))
+        slides = pymunk.PivotJoint(self._building, body, (disc.x_m, disc.y_m), (0.0, 0.0))
         slides.max_force = disc.friction * disc.mass_kg * GRAVITY_MPS2
-        turns = pymunk.GearJoint(space.static_body, body, 0.0, 1.0)
+        turns = pymunk.GearJoint(self._building, body, 0.0, 1.0)
         turns.max_force = 2.0 / 3.0 * disc.radius_m * slides.max_force  # a disc that lies flat
         for joint in (slides, turns):
             joint.max_bias = 0.0  # it brakes; it does not pull back to where the disc began
         space.add(body, shape, slides, turns)
         self._discs.append((body, disc.radius_m))
+
+
+_SPACES: weakref.WeakSet[pymunk.Space] = weakref.WeakSet()
+
+
+@atexit.register
+def _empty_the_spaces() -> None:
+    """Who still holds a plant when Python ends (a failed test's traceback does) would have it freed when the engine's
+    callbacks are gone, and each body and shape in it says so on stderr.
+    """
+    for space in _SPACES:
+        space.remove(*space.constraints, *space.shapes, *space.bodies)
 
 
 def _floor(grip: float, rolling: float) -> tuple[float, float]:
