@@ -86,6 +86,13 @@ def test_a_receiver_gets_back_what_was_sent(data, payload, extended, is_remote):
     assert least_bits(length, extended=extended) <= len(wire) <= worst_bits(length, extended=extended)
 
 
+@pytest.mark.parametrize("can_id", [0x15555555, 0x0AAAAAAA, 0x1FFFFFFF, 0])
+def test_stuffing_begins_with_the_first_bits_of_an_identifier(can_id):
+    wire = wire_bits(can_id, b"ab", extended=True)
+    assert destuffed(wire[:-13])[:-15] == header(can_id, b"ab", True, None)
+    assert frame_bits(can_id, b"ab", extended=True) == len(wire)
+
+
 def test_bounds_of_eight_bytes():
     assert (least_bits(8), worst_bits(8)) == (111, 135)
     assert (least_bits(0), worst_bits(0)) == (47, 55)

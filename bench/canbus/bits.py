@@ -10,10 +10,14 @@ its delimiter, acknowledge and delimiter (3), the end of frame (7) and the gap b
 from __future__ import annotations
 
 from functools import cache, lru_cache
+from typing import TypeAlias
 
 POLYNOMIAL = 0x4599
 UNSTUFFED = 3 + 7 + 3
 GAP = 3
+_Steps: TypeAlias = "list[tuple[_Steps, int]]"
+"""By the next byte: the steps after it, and how many bits were stuffed."""
+_Shares: TypeAlias = tuple[tuple[int, ...], ...]
 
 
 def frame_bits(can_id: int, data: bytes = b"", *, extended: bool = False, remote_length: int | None = None) -> int:
@@ -72,27 +76,32 @@ def worst_bits(length: int, *, extended: bool = False) -> int:
 
 
 def _data_frame_bits(can_id: int, data: bytes) -> int:
-    """The usual frame at a fifth of the cost, for a bus that is counted while it runs: byte by byte from its header."""
-    register, state, bits = _header(can_id, len(data))
-    remainders, steps = _checksum_table(), _stuff_steps()
-    for byte in data:
-        register = (register << 8 & 0x7FFF) ^ remainders[register >> 7 ^ byte]
-        state, more = steps[state << 8 | byte]
-        bits += more
-    state, more = steps[state << 8 | register >> 7]
-    return bits + more + _stuff_ends()[state << 7 | register & 0x7F]
+    """The usual frame at a tenth of the cost, for a bus that is counted while it runs: byte by byte from its header."""
+    checksum, steps, bits, shares = _header(can_id, len(data))
+    for byte, share in zip(data, shares, strict=True):
+        checksum ^= share[byte]
+        steps, stuffed = steps[byte]
+        bits += stuffed
+    steps, stuffed = steps[checksum >> 7]
+    # The seven bits that are left, and one that is unlike the last of them: it is never stuffed.
+    return bits + stuffed + steps[checksum << 1 & 0xFE | ~checksum & 1][1]
 
 
 @lru_cache(maxsize=256)
-def _header(can_id: int, length: int) -> tuple[int, int, int]:
-    """Of a header: checksum, state of the stuffing, and the frame's bits but for the stuffing of data and checksum."""
+def _header(can_id: int, length: int) -> tuple[int, _Steps, int, _Shares]:
+    """Of a header before so many bytes: the checksum if they were zeros, what stuffing goes on from, the frame's bits
+    but for the stuffing of data and checksum; and each byte's share of the checksum.
+    """
     raw, count = _raw_bits(can_id, bytes(length), False, None)
     head, head_count = raw >> 15 + 8 * length, count - 15 - 8 * length
-    state, stuffed = 0, 0
-    for shift in range(head_count - 1, -1, -1):
-        state, more = _stuffed_once(state, head >> shift & 1)
-        stuffed += more
-    return _checksum(head, head_count), state, count + stuffed + UNSTUFFED
+    state, stuffed = _stuffed(0, head, head_count)
+    return raw & 0x7FFF, _stuff_steps()[state], count + stuffed + UNSTUFFED, _shares()[8 - length :]
+
+
+@cache
+def _shares() -> _Shares:
+    """For each of eight bytes and each of its values: what it alone adds (xor) to their checksum, which is linear."""
+    return tuple(tuple(_checksum(byte << 8 * behind, 64) for byte in range(256)) for behind in range(7, -1, -1))
 
 
 def _stuffable(length: int, extended: bool) -> int:
@@ -144,18 +153,23 @@ def _checksum_table() -> tuple[int, ...]:
 
 
 def _stuff_count(raw: int, count: int) -> int:
-    steps = _stuff_steps()
     # Before the start bit the bus idles at recessive level; nothing is counted there, so the run starts at zero.
-    state, stuffed = 0, 0
     lead = count % 8
-    for shift in range(count - 1, count - 1 - lead, -1):
-        state, more = _stuffed_once(state, raw >> shift & 1)
-        stuffed += more
-    rest = raw & ((1 << (count - lead)) - 1)
-    for byte in rest.to_bytes((count - lead) // 8, "big"):
-        state, more = steps[state << 8 | byte]
+    state, stuffed = _stuffed(0, raw >> count - lead, lead)
+    steps = _stuff_steps()[state]
+    for byte in (raw & (1 << count - lead) - 1).to_bytes(count // 8, "big"):
+        steps, more = steps[byte]
         stuffed += more
     return stuffed
+
+
+def _stuffed(state: int, value: int, count: int) -> tuple[int, int]:
+    """So many bits further, bit by bit: the state after them, and how many bits were stuffed."""
+    stuffed = 0
+    for shift in range(count - 1, -1, -1):
+        state, more = _stuffed_once(state, value >> shift & 1)
+        stuffed += more
+    return state, stuffed
 
 
 def _stuffed_once(state: int, bit: int) -> tuple[int, int]:
@@ -168,28 +182,11 @@ def _stuffed_once(state: int, bit: int) -> tuple[int, int]:
 
 
 @cache
-def _stuff_ends() -> tuple[int, ...]:
-    """For every state and the last seven bits of a checksum: how many bits are stuffed there."""
-    ends = []
-    for state in range(10):
-        for rest in range(128):
-            after, stuffed = state, 0
-            for shift in range(6, -1, -1):
-                after, more = _stuffed_once(after, rest >> shift & 1)
-                stuffed += more
-            ends.append(stuffed)
-    return tuple(ends)
-
-
-@cache
-def _stuff_steps() -> tuple[tuple[int, int], ...]:
-    """For every state and next byte: the state after it, and how many bits were stuffed."""
-    steps = []
+def _stuff_steps() -> tuple[_Steps, ...]:
+    """For every state its steps."""
+    steps: tuple[_Steps, ...] = tuple([] for _ in range(10))
     for state in range(10):
         for byte in range(256):
-            after, stuffed = state, 0
-            for shift in range(7, -1, -1):
-                after, more = _stuffed_once(after, byte >> shift & 1)
-                stuffed += more
-            steps.append((after, stuffed))
-    return tuple(steps)
+            after, stuffed = _stuffed(state, byte, 8)
+            steps[state].append((steps[after], stuffed))
+    return steps

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 
 from bench.io.wires.counts import Row
 from bench.io.wires.table import Logged
 from bench.io.wires.words import Words
+from bench.messages import CanFrame
 
 LOGGED = 128
 """So many of the newest frames are kept in words."""
@@ -16,14 +18,20 @@ LOOKED_AT = 256
 
 
 class WireLog:
-    """`note` every frame as (tick, row, data, words), then `write`; `said` puts a frame into words."""
+    """`note` all frames in their order, then `write`: (tick, row, data, words), or (tick, frames) of the motors' bus.
 
-    def __init__(self, said: Callable[[Row, bytes, Words | None], str]) -> None:
+    `can_row` gives an identifier's row, None where it has none; `said` puts a frame into words.
+    """
+
+    def __init__(self, can_row: Callable[[int], Row | None], said: Callable[[Row, bytes, Words | None], str]) -> None:
         self.written: deque[Logged] = deque(maxlen=LOGGED)
         """From old to new."""
+        self._can_row = can_row
         self._said = said
         self._filter = ""
-        self._unwritten: deque[tuple[int, Row, bytes, Words | None]] = deque(maxlen=LOOKED_AT)
+        self._unwritten: deque[tuple[int, Row, bytes, Words | None] | tuple[int, Sequence[CanFrame]]] = deque(
+            maxlen=LOOKED_AT
+        )
         self.note = self._unwritten.append
 
     def write(self, filter: str, most: int) -> None:
@@ -33,10 +41,22 @@ class WireLog:
             self._filter = filter
             self.written.clear()
         fresh: list[Logged] = []
-        while self._unwritten and len(fresh) < most:
-            tick, row, data, words = self._unwritten.pop()
+        for tick, row, data, words in islice(self._newest_first(), LOOKED_AT if most else 0):
             said = self._said(row, data, words)
             if not wanted or any(part in f"{row.wire} {row.key} {row.name} {said}".lower() for part in wanted):
                 fresh.append(Logged(tick, row.wire, row.key, data, said))
+                if len(fresh) == most:
+                    break
         self._unwritten.clear()
         self.written.extend(reversed(fresh))
+
+    def _newest_first(self) -> Iterator[tuple[int, Row, bytes, Words | None]]:
+        for noted in reversed(self._unwritten):
+            if len(noted) == 4:
+                yield noted
+                continue
+            tick, frames = noted
+            for can_id, data in reversed(frames):
+                row = self._can_row(can_id)
+                if row is not None:
+                    yield tick, row, data, None

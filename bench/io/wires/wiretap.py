@@ -5,7 +5,8 @@ Tell it the ticks that have passed since the last time (`take`), then ask (`tabl
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 
 from bench import rc_decode
 from bench.base import RC_PAUSE_US
@@ -16,7 +17,7 @@ from bench.io.wires.counts import MARK_TICKS, Counts, Row
 from bench.io.wires.log import LOGGED, WireLog
 from bench.io.wires.table import CAN, CORE, ORDER, RC, WireRow, WireSum, WireTable
 from bench.io.wires.words import CanWords, Words, rc_key, rc_words
-from bench.messages import TICK_US, CanFrame, RcNoise, TickOutput
+from bench.messages import TICK_US, RcNoise, TickOutput
 from bench.rc.misread import SHAPES
 from bench.slamware import FrameDecoder, SlamwareEvent, SlamwareFrame, SlamwareNoise, summary
 from bench.slamware.commands import SUB_COMMANDS
@@ -49,22 +50,32 @@ class Wiretap:
         self._counts = Counts()
         self._can: dict[int, Row] = {}
         """The rows of the bus once more, by identifier."""
-        self._log = WireLog(self._said)
+        self._log = WireLog(self._can.get, self._said)
         self._tick = -1
         self._robot = robot
 
     def take(self, outs: Iterable[TickOutput]) -> None:
         """The next ticks."""
+        seen: defaultdict[int, list[bytes]] = defaultdict(list)
+        last: dict[int, int] = {}
+        note = self._log.note
         for out in outs:
             tick = self._tick = out.tick
             if out.rc:
                 self._take_rc(out.rc, tick)
             if out.core_to_base or out.base_to_core:
                 self._take_core(out, tick)
-            self._take_can(out.can_commands, tick)
-            self._take_can(out.can_feedback, tick)
+            frames = out.can_commands + out.can_feedback
+            if frames:
+                note((tick, frames))
+                for can_id, data in frames:
+                    seen[can_id].append(data)
+                    last[can_id] = tick
             if (tick + 1) % MARK_TICKS == 0:
+                self._count_can(seen, last)
+                seen.clear()
                 self._counts.mark(tick + 1)
+        self._count_can(seen, last)
 
     def follow(self, outs: Sequence[TickOutput], filter: str) -> None:
         """The next ticks, as if somebody had looked all the while: with a filter the log reaches back further."""
@@ -108,21 +119,21 @@ class Wiretap:
 
     # --- counting ------------------------------------------------------------------------------------------------
 
-    def _take_can(self, frames: Iterable[CanFrame], tick: int) -> None:
-        rows, note = self._can, self._log.note
-        for can_id, data in frames:
-            row = rows.get(can_id)
+    def _count_can(self, seen: Mapping[int, Sequence[bytes]], last: Mapping[int, int]) -> None:
+        """Frames of the bus by identifier, each in its order; `last` has the tick of the last one."""
+        for can_id, frames in seen.items():
+            row = self._can.get(can_id) or self._can_row(can_id)
+            count = len(frames)
             if row is None:
-                row = self._can_row(can_id)
-                if row is None:
-                    self._counts.errors[CAN] += 1
-                    continue
-            if row.count % MEASURED_EVERY == 0:
-                row.latest_bits = frame_bits(can_id, data)
-            row.count += 1
-            row.bits += row.latest_bits
-            row.tick, row.data = tick, data
-            note((tick, row, data, None))
+                self._counts.errors[CAN] += count
+                continue
+            first = -row.count % MEASURED_EVERY
+            row.bits += min(first, count) * row.latest_bits
+            for place in range(first, count, MEASURED_EVERY):
+                row.latest_bits = frame_bits(can_id, frames[place])
+                row.bits += min(MEASURED_EVERY, count - place) * row.latest_bits
+            row.count += count
+            row.tick, row.data = last[can_id], frames[-1]
 
     def _can_row(self, can_id: int) -> Row | None:
         row = self._counts.row(CAN, can_id, f"{can_id:03X}", lambda: self._can_words.name(can_id))
@@ -181,7 +192,7 @@ class Wiretap:
         self._tick = tick - 1
         self._counts = counts
         self._can = {int(row.key, 16): row for (wire, _), row in counts.rows.items() if wire == CAN}
-        self._log = WireLog(self._said)
+        self._log = WireLog(self._can.get, self._said)
 
     # --- telling -------------------------------------------------------------------------------------------------
 
