@@ -75,6 +75,8 @@ class Dashboard(App[None], inherit_bindings=False):
         self._curtain: Panel | None = None
         """The opening picture, until the panels stand over it."""
         self._panels: dict[str, Panel] = {}
+        self._where: dict[str, Place] = {}
+        """Which panels stand where."""
         self._pad_place: Place | None = None
         self._settled = False
         """Every panel stands where it was last put."""
@@ -292,12 +294,13 @@ class Dashboard(App[None], inherit_bindings=False):
             session.keyboard.sticks.releases = watch.releases and watch.answers
             session.keyboard.sticks.proven = watch.trusted and watch.answers
             terminal.point(session.keyboard.mouse.on)
-        if terminal.backlog <= BACKLOG and terminal.lost_writes:
+        is_behind = terminal.backlog > BACKLOG
+        if terminal.lost_writes and not is_behind:
             terminal.lost_writes = False
             self.refresh(layout=True)
         if watch.stalled(now):
             session.silence(watch.age_ms(now))
-        elif terminal.backlog > BACKLOG:
+        elif is_behind:
             session.hands_off()
 
     def _on_signal(self, number: int, stack: FrameType | None) -> None:
@@ -324,10 +327,10 @@ class Dashboard(App[None], inherit_bindings=False):
         self.session.sight.size = self.size
         scene = self.session.scene()
         where = places(scene, *self.size)
-        self._pad_place = where.get("pad")
-        for name, panel in self._panels.items():
-            if panel.put(where.get(name)):
-                self._settled = False
+        if where != self._where:
+            self._where, self._pad_place, self._settled = where, where.get("pad"), False
+            for name, panel in self._panels.items():
+                panel.put(where.get(name))
         if self._curtain is not None and all(panel.stands for panel in self._panels.values()):
             self._curtain.put(None)
             self._curtain = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 from bench.arena import ORIGIN, Arena, Obstacle, Patch
@@ -39,6 +40,7 @@ BEAM_DOTS = 4.0
 """Between two dots of a range sensor's beam."""
 STRIP_DOTS = 2.0
 """How far a pressed bumper stands out from the body: far enough for its own row of dots."""
+_WALL = (("│", LABEL),)
 
 
 def arena(scene: Scene, width: int, height: int) -> list[Line]:
@@ -51,14 +53,17 @@ def arena(scene: Scene, width: int, height: int) -> list[Line]:
         view = _View(canvas, scene.snapshot.pose, canvas.width / ZOOM_WIDTH_M)
         _ground(view, scene.arena, ZOOM_GRID_M)
         _walls(view, length_m / 2, width_m / 2)
+        trail, slips = _Placed(view).place(scene.trail), _Placed(view).place(scene.slips)
     else:
         caption = f" field {length_m:g} × {width_m:g} m "
-        canvas = _whole_field(scene.arena, columns, rows).copy()
-        view = _View(canvas, ORIGIN, _scale(canvas, scene.arena))
-    _draw(view, scene)
+        field = _whole_field(scene.arena, columns, rows)
+        canvas = field.view.canvas.copy()
+        view = _View(canvas, ORIGIN, field.view.scale)
+        trail, slips = field.trail.place(scene.trail), field.slips.place(scene.slips)
+    _draw(view, scene, trail, slips)
     return [
         _edge("┌", [(caption, PLAIN)], "┐", width),
-        *([("│", LABEL), *line, ("│", LABEL)] for line in canvas.lines()),
+        *canvas.lines(_WALL, _WALL),
         _edge("└", _legend(scene), "┘", width),
     ]
 
@@ -91,16 +96,39 @@ class _View:
         return self._u + x_m * self.scale - 1e-6, self._v - y_m * self.scale - 1e-6
 
 
-def _scale(canvas: Canvas, arena: Arena) -> float:
-    return min(canvas.width / arena.length_m, canvas.height / arena.width_m)
+class _Placed:
+    """Where the dots of a list of points are that grows at its end and is cut at its beginning: each is placed once."""
+
+    def __init__(self, view: _View) -> None:
+        self._view = view
+        self._points: list[tuple[float, float]] = []
+        self._numbers: list[int] = []
+
+    def place(self, points: Sequence[tuple[float, float]]) -> list[int]:
+        """All of them, as `Canvas.place` has it."""
+        new = list(points)
+        gone = self._points.index(new[0]) if new and new[0] in self._points else 0
+        have = len(self._points) - gone
+        if new[:have] != self._points[gone:]:
+            gone, have = len(self._points), 0
+        at = self._view.at
+        self._numbers = self._numbers[gone:] + self._view.canvas.place([at(*point) for point in new[have:]])
+        self._points = new
+        return self._numbers
 
 
-@lru_cache(maxsize=4)
-def _whole_field(arena: Arena, columns: int, rows: int) -> Canvas:
-    """What never moves, drawn once for each size."""
-    canvas = Canvas(columns, rows)
-    _ground(_View(canvas, ORIGIN, _scale(canvas, arena)), arena, GRID_M)
-    return canvas
+class _Field:
+    """The whole of an arena at one size: what never moves, drawn once, and what has been placed on it."""
+
+    def __init__(self, arena: Arena, columns: int, rows: int) -> None:
+        canvas = Canvas(columns, rows)
+        scale = min(canvas.width / arena.length_m, canvas.height / arena.width_m)
+        self.view = _View(canvas, ORIGIN, scale)
+        _ground(self.view, arena, GRID_M)
+        self.trail, self.slips = _Placed(self.view), _Placed(self.view)
+
+
+_whole_field = lru_cache(maxsize=4)(_Field)
 
 
 def _ground(view: _View, arena: Arena, grid_m: float) -> None:
@@ -116,14 +144,13 @@ def _ground(view: _View, arena: Arena, grid_m: float) -> None:
         _obstacle(view, wall.obstacle)
 
 
-def _draw(view: _View, scene: Scene) -> None:
-    """What moves, the robot on top."""
+def _draw(view: _View, scene: Scene, trail: Sequence[int], slips: Sequence[int]) -> None:
+    """What moves, the robot on top. `trail` and `slips` as the canvas has placed them."""
     canvas, snapshot = view.canvas, scene.snapshot
     for obstacle in scene.discs:
         _obstacle(view, obstacle)
-    canvas.dots([view.at(x_m, y_m) for x_m, y_m in scene.trail], TRAIL)
-    for x_m, y_m in scene.slips:
-        canvas.sign(*view.at(x_m, y_m), "×", WARN)
+    canvas.mark(trail, TRAIL)
+    canvas.signs(slips, "×", WARN)
     if scene.zoom:
         _beams(view, scene)
     pose, guess = snapshot.pose, snapshot.odometry

@@ -39,9 +39,9 @@ def _title(scene: Scene, names: tuple[str, str], width: int) -> Line:
     """Name, pages, time. Where there is no room pages go to their numbers, then lateness goes, then the transmitter."""
     times, short_times = _times(scene)
     for name in names:
-        for pages in (_tabs(scene, long=True), _tabs(scene, long=False)):
+        for long in (True, False):
+            line = [(name, TITLE), ("  ", TITLE), *_tabs(scene, long=long)]
             for right in (times, short_times):
-                line = [(name, TITLE), ("  ", TITLE), *pages]
                 if width_of(line) + 2 + width_of(right) <= width:
                     return both_ends(line, right, width, TITLE)
     return both_ends([(names[-1], TITLE)], short_times, width, TITLE)

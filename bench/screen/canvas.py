@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import re
 from codecs import charmap_decode
-from collections.abc import Iterable
-from functools import lru_cache, reduce
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from itertools import accumulate
+from math import floor
 from operator import or_
 
-from bench.screen.text import PLAIN, ROLES, Line
+from bench.screen.text import PLAIN, ROLES, Line, Span
 
 _BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # Unicode braille patterns, by row and column
+_LEFT, _RIGHT = b"\x47", b"\xb8"
+"""All dots of a cell's left column, and of its right one."""
 _SIGNS = " " + "".join(chr(0x2800 + bits) for bits in range(1, 256))
 _CODES = {role: code for code, role in enumerate(ROLES, 1)}
 """Roles as bytes; 0 is that of an empty cell, which has none."""
 _RUN = re.compile(rb"\0*([^\0])(?:\1|\0)*", re.DOTALL)
 """Cells with one role, and the empty ones among them and behind them; before them only in front of all."""
-_SPANS = tuple(
-    tuple(
-        tuple(reduce(or_, (_BITS[y][side] for y in range(first, last + 1)), 0) for last in range(4))
-        for first in range(4)
-    )
-    for side in range(2)
-)
-"""The dots from the first to the last of four, for the left and the right column of a cell."""
+_WITH = tuple(bytes(cell | 1 << bit for cell in range(256)) for bit in range(8))
+"""For each bit: what every cell becomes with it."""
+_NOT_EMPTY = b"\0" + b"\xff" * 255
+OUTSIDE = -1
 
 
 class Canvas:
@@ -44,47 +44,64 @@ class Canvas:
 
     def dots(self, points: Iterable[tuple[float, float]], role: str) -> None:
         """Many dots, each (u, v)."""
-        bits, roles, columns, width, height = self._bits, self._roles, self.columns, self.width, self.height
-        code = _CODES[role]
+        self.mark(self.place(points), role)
+
+    def place(self, points: Iterable[tuple[float, float]]) -> list[int]:
+        """For each point a number that says where its dot is, for `mark` and `signs`; `OUTSIDE` for what lies there."""
+        columns, width, height = self.columns, self.width, self.height
+        numbers = []
         for u, v in points:
-            x, y = int(u // 1), int(v // 1)
+            x, y = floor(u), floor(v)
             if 0 <= x < width and 0 <= y < height:
-                cell = (y >> 2) * columns + (x >> 1)
-                bits[cell] |= _BITS[y & 3][x & 1]
-                roles[cell] = code
+                numbers.append(((y >> 2) * columns + (x >> 1)) << 8 | _BITS[y & 3][x & 1])
+            else:
+                numbers.append(OUTSIDE)
+        return numbers
 
-    def columns_of(self, spans: Iterable[tuple[int, int]], role: str) -> None:
-        """Dots below each other, `first` to `last`, in one column after the other: cell by cell, a trace has thousands.
+    def mark(self, numbers: Iterable[int], role: str) -> None:
+        """Dots where `place` has put them."""
+        bits, roles, code = self._bits, self._roles, _CODES[role]
+        for number in set(numbers):
+            if number != OUTSIDE:
+                bits[number >> 8] |= number & 0xFF
+                roles[number >> 8] = code
 
-        (0, -1) is a column without a dot.
+    def trace(self, spans: Iterable[tuple[int, int] | None], role: str) -> None:
+        """A line: for each column of dots the first and the last one, joined to those of the column before.
+
+        All lie inside the picture; None is a gap.
         """
-        bits, roles, columns, code, bottom = self._bits, self._roles, self.columns, _CODES[role], self.height - 1
-        for x, (first, last) in zip(range(self.width), spans, strict=False):
-            if first < 0:
-                first = 0
-            if last > bottom:
-                last = bottom
-            masks, top = _SPANS[x & 1], first & ~3
-            cell = (first >> 2) * columns + (x >> 1)
-            while top <= last:
-                bits[cell] |= masks[first - top if first > top else 0][last - top if last < top + 3 else 3]
-                roles[cell] = code
-                cell += columns
-                top += 4
+        rows, count = self.rows, self.columns * self.rows
+        since, until = _reaches(rows)
+        masks = []
+        start = end = 0
+        for span in spans:
+            if span is None:
+                masks.append(0)
+                start = end = 0
+            else:
+                first, last = span
+                masks.append((since[first] | start) & (until[last] | end))
+                start, end = since[last + 1], until[first - 1]
+        left, right = int.from_bytes(_LEFT * rows), int.from_bytes(_RIGHT * rows)
+        pairs = zip(masks[::2], masks[1::2], strict=True)
+        cells = b"".join([(one & left | other & right).to_bytes(rows) for one, other in pairs])
+        drawn = b"".join([cells[row::rows] for row in range(rows)])
+        covered, codes = int.from_bytes(drawn.translate(_NOT_EMPTY)), int.from_bytes(bytes((_CODES[role],)) * count)
+        self._bits[:] = (int.from_bytes(self._bits) | int.from_bytes(drawn)).to_bytes(count)
+        self._roles[:] = (int.from_bytes(self._roles) & ~covered | codes & covered).to_bytes(count)
 
     def stipple(self, role: str, *, x: int | None = None, y: int | None = None) -> None:
         """A dotted line down column x, or along row y: a dot a cell."""
         if x is not None and 0 <= x < self.width:
-            cells, bit = range(x >> 1, self.columns * self.rows, self.columns), _BITS[0][x & 1]
+            cells, bit = slice(x >> 1, None, self.columns), _BITS[0][x & 1]
         elif y is not None and 0 <= y < self.height:
-            start = (y >> 2) * self.columns
-            cells, bit = range(start, start + self.columns), _BITS[y & 3][0]
+            cells, bit = slice((y >> 2) * self.columns, ((y >> 2) + 1) * self.columns), _BITS[y & 3][0]
         else:
             return
-        code = _CODES[role]
-        for cell in cells:
-            self._bits[cell] |= bit
-            self._roles[cell] = code
+        before = self._bits[cells]
+        self._bits[cells] = before.translate(_WITH[bit.bit_length() - 1])
+        self._roles[cells] = bytes((_CODES[role],)) * len(before)
 
     def copy(self) -> Canvas:
         """One of its own with the same dots."""
@@ -102,18 +119,25 @@ class Canvas:
 
     def sign(self, u: float, v: float, sign: str, role: str) -> None:
         """A character in place of the dots of the cell where the point lies."""
-        x, y = int(u // 2), int(v // 4)
-        if 0 <= x < self.columns and 0 <= y < self.rows:
-            self._signs[y * self.columns + x] = (sign, role)
+        self.signs(self.place(((u, v),)), sign, role)
 
-    def lines(self) -> list[Line]:
-        """The picture, one line a row, not to be changed; an empty cell is a blank, which takes any role."""
+    def signs(self, numbers: Iterable[int], sign: str, role: str) -> None:
+        """The same where `place` has put them."""
+        for number in set(numbers):
+            if number != OUTSIDE:
+                self._signs[number >> 8] = (sign, role)
+
+    def lines(self, before: Sequence[Span] = (), after: Sequence[Span] = ()) -> list[Line]:
+        """The picture, one line a row between what stands before and after it, not to be changed.
+
+        An empty cell is a blank, which takes any role.
+        """
         columns, bits, roles = self.columns, bytes(self._bits), bytes(self._roles)
         lines = []
         signs = self._signs_by_row()
         for row in range(self.rows):
             start, end = row * columns, (row + 1) * columns
-            lines.append(_line(bits[start:end], roles[start:end], signs.get(row, ())))
+            lines.append(_line(bits[start:end], roles[start:end], signs.get(row, ()), before, after))
         return lines
 
     def _signs_by_row(self) -> dict[int, tuple[tuple[int, str, int], ...]]:
@@ -125,8 +149,26 @@ class Canvas:
         return signs
 
 
+@lru_cache(maxsize=8)
+def _reaches(rows: int) -> tuple[list[int], list[int]]:
+    """For each row of dots in a column of cells: the dots from there on, and those up to there.
+
+    Cells are bytes of a number, the uppermost first. Behind the last row there are none, nor before the first (-1).
+    """
+    dots = [sum(_BITS[y & 3]) << 8 * (rows - 1 - (y >> 2)) for y in range(4 * rows)]
+    until = list(accumulate(dots, or_))
+    since = [*(until[-1] & ~upper for upper in (0, *until))]
+    return since, [*until, 0]
+
+
 @lru_cache(maxsize=512)
-def _line(bits: bytes, roles: bytes, signs: tuple[tuple[int, str, int], ...]) -> Line:
+def _line(
+    bits: bytes,
+    roles: bytes,
+    signs: tuple[tuple[int, str, int], ...],
+    before: Sequence[Span],
+    after: Sequence[Span],
+) -> Line:
     """As few spans as can be: each one costs the terminal, and the screen more than its cells do. Most rows stand."""
     text, codes = charmap_decode(bits, "strict", _SIGNS)[0], roles
     if signs:
@@ -135,5 +177,6 @@ def _line(bits: bytes, roles: bytes, signs: tuple[tuple[int, str, int], ...]) ->
             cells[column], own[column] = sign, code
         text, codes = "".join(cells), bytes(own)
     if not any(codes):
-        return [(text, PLAIN)]
-    return [(text[run.start() : run.end()], ROLES[run[1][0] - 1]) for run in _RUN.finditer(codes)]
+        return [*before, (text, PLAIN), *after]
+    runs = [(text[run.start() : run.end()], ROLES[run[1][0] - 1]) for run in _RUN.finditer(codes)]
+    return [*before, *runs, *after]

@@ -20,8 +20,10 @@ def rewrite(x: int, y: int, old: Line, new: Line, inks: Inks) -> str:
     """Turn a line that begins in cell (x, y), counted from 0, into another one of the same width."""
     first, end = 0, len(new)
     if len(old) == end:
-        while first < end and old[first] == new[first]:
-            x += len(new[first][0])
+        for before, after in zip(old, new, strict=True):
+            if before != after:
+                break
+            x += len(after[0])
             first += 1
         while end > first and old[end - 1] == new[end - 1]:
             end -= 1

@@ -13,6 +13,8 @@ drive      title             wires, scope, checks      title
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 PAD_ROWS = 9
@@ -72,6 +74,7 @@ def panes(page: str, width: int, height: int) -> set[str]:
     return {"wiretable", "scope", "glance"} if is_wide(width, height) else {"glance"}
 
 
+@lru_cache(maxsize=8)
 def arrange(
     width: int,
     height: int,
@@ -82,7 +85,7 @@ def arrange(
     state: str = LIVE,
     page: str = DRIVE,
     pad: bool = False,
-) -> dict[str, Place]:
+) -> Mapping[str, Place]:
     """Panel -> place. `aspect` is the field's length by its width; `state` is LIVE, HELP, or ENDED (with a summary).
 
     `pad`: the mouse's sticks take the foot of whatever page.

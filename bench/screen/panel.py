@@ -66,16 +66,15 @@ class Panel(Widget):
         """Whether Textual has drawn the panel where it was put, or has taken it away."""
         return self.region == (self._place or NULL_REGION)
 
-    def put(self, place: Place | None) -> bool:
-        """Stand there from now on; None hides the panel. Whether that is somewhere else."""
+    def put(self, place: Place | None) -> None:
+        """Stand there from now on; None hides the panel."""
         if place == self._place:
-            return False
+            return
         self._place = place
         self.display = place is not None
         if place is not None:
             self.styles.offset = (place.x, place.y)
             self.styles.width, self.styles.height = place.width, place.height
-        return True
 
     def show(self, lines: list[Line]) -> None:
         """Replace the lines, and have Textual draw what is new."""

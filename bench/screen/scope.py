@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
-from bench.io.scope import CAUGHT, FREE, TRIGGERED, WAITING, ScopePicture, Trace
+from bench.io.scope import CAUGHT, FREE, MOST_TRACES, TRIGGERED, WAITING, ScopePicture
 from bench.screen.canvas import Canvas
 from bench.screen.scene import Menu, Scene
 from bench.screen.text import (
@@ -38,15 +38,13 @@ _STATES = {FREE: "runs free", TRIGGERED: "triggered", WAITING: "waits for its tr
 _SHORT = {FREE: "free", TRIGGERED: "triggered", WAITING: "waits", CAUGHT: "caught"}
 _TRIGGER_WORDS = ("mode", "edge", "level", "time across")
 _MENU_ROWS = 7
-_GAP = (0, -1)
-"""The rows of a column without a value."""
 
 
 def scope(scene: Scene, width: int, height: int) -> list[Line]:
     """Head, lanes, time; a menu takes rows from the lanes."""
     picture, menu = scene.seen.scope, scene.shown.menu
     if picture is None:
-        return [[(" no tick has run yet", LABEL)]]
+        return [fit([(" no tick has run yet", LABEL)], width)]
     below = _menu(menu, picture, width) if menu is not None and menu.kind in ("signal", "trigger") else []
     lines = _head(scene, picture, width)
     rows = height - len(lines) - len(below) - 1
@@ -103,7 +101,7 @@ def _lanes(picture: ScopePicture, width: int, rows: int) -> list[Line]:
     traces = picture.traces
     each, more = divmod(rows, len(traces))
     if each < 2:
-        return [[(" too low for a picture; a taller terminal shows it", WARN)]][: max(rows, 0)]
+        return [fit([(" too low for a picture; a taller terminal shows it", WARN)], width)][: max(rows, 0)]
     # Lanes with one unit have one scale: what is wanted and what is compare by eye.
     lows: dict[str, list[float]] = {}
     highs: dict[str, list[float]] = {}
@@ -128,19 +126,57 @@ def _extreme(values: Sequence[float], choose: Callable[[Sequence[float]], float]
 
 def _lane(picture: ScopePicture, place: int, scale: tuple[float, float], width: int, rows: int) -> list[Line]:
     trace = picture.traces[place]
-    least, most = scale
-    canvas = _divided(max(1, width - GUTTER - 1), rows - 1).copy()
-    per_dot = (most - least) / max(1, canvas.height - 1)
-    _grid(canvas, picture, scale, per_dot, place)
-    _draw(canvas, trace, least, per_dot, TRACE if place % 2 == 0 else OTHER_TRACE)
+    role = TRACE if place % 2 == 0 else OTHER_TRACE
     unit = unit_of(trace.name)
     now = f"{trace.last:+.3f} {unit}" if trace.last == trace.last else "no value yet"
-    head: Line = [(f" {place + 1} ", KEY), (trace.name, TRACE if place % 2 == 0 else OTHER_TRACE), (f"  {now}", PLAIN)]
-    lines = [fit(head, width)]
-    for row, dots in enumerate(canvas.lines()):
-        mark = f"{most:.4g}" if row == 0 else f"{least:.4g}" if row == rows - 2 else ""
-        lines.append([(f"{mark:>{GUTTER - 1}}", LABEL), ("│", GRID), *dots])
-    return lines
+    head: Line = [(f" {place + 1} ", KEY), (trace.name, role), (f"  {now}", PLAIN)]
+    settings = picture.settings
+    level = settings.level if place == 0 and picture.state != FREE else None
+    at = None
+    if picture.trigger_tick is not None:
+        at = picture.trigger_tick - picture.start_tick, settings.span_ms
+    return [fit(head, width), *_drawn(trace.low, trace.high, scale, role, width, rows - 1, level, at)]
+
+
+@lru_cache(maxsize=2 * MOST_TRACES)
+def _drawn(
+    low: Sequence[float],
+    high: Sequence[float],
+    scale: tuple[float, float],
+    role: str,
+    width: int,
+    rows: int,
+    level: float | None,
+    trigger: tuple[int, int] | None,
+) -> list[Line]:
+    """A trace between divisions of time, with lines for zero, the trigger's level and its tick (of how many).
+
+    One that has been triggered stands for many pictures.
+    """
+    least, most = scale
+    canvas = _divided(max(1, width - GUTTER - 1), rows).copy()
+    bottom = canvas.height - 1
+    per_dot = (most - least) / max(1, bottom)
+    if least < 0.0 < most:
+        canvas.stipple(GRID, y=bottom - round(-least / per_dot))
+    if level is not None and least <= level <= most:
+        canvas.stipple(WARN, y=bottom - round((level - least) / per_dot))
+    if trigger is not None:
+        tick, span = trigger
+        canvas.stipple(WARN, x=tick * canvas.width // span)
+    # Of each column the dots of its greatest and its least sample.
+    spans = [
+        (bottom - round((upper - least) / per_dot), bottom - round((lower - least) / per_dot))
+        if lower == lower
+        else None
+        for lower, upper in zip(low, high, strict=True)
+    ]
+    canvas.trace(map(spans.__getitem__, _sources(len(spans), canvas.width)), role)
+    marks = {rows - 1: f"{least:.4g}", 0: f"{most:.4g}"}
+    return [
+        fit([(f"{marks.get(row, ''):>{GUTTER - 1}}", LABEL), ("│", GRID), *dots], width)
+        for row, dots in enumerate(canvas.lines())
+    ]
 
 
 @lru_cache(maxsize=8)
@@ -156,40 +192,6 @@ def _divided(columns: int, rows: int) -> Canvas:
 def _sources(count: int, width: int) -> tuple[int, ...]:
     """For each column of dots the column of the trace that it shows."""
     return tuple(x * count // width for x in range(width))
-
-
-def _grid(canvas: Canvas, picture: ScopePicture, scale: tuple[float, float], per_dot: float, place: int) -> None:
-    least, most = scale
-    if least < 0.0 < most:
-        canvas.stipple(GRID, y=canvas.height - 1 - round(-least / per_dot))
-    settings = picture.settings
-    if place == 0 and picture.state != FREE and least <= settings.level <= most:
-        canvas.stipple(WARN, y=canvas.height - 1 - round((settings.level - least) / per_dot))
-    if picture.trigger_tick is not None:
-        at = (picture.trigger_tick - picture.start_tick) * canvas.width // settings.span_ms
-        canvas.stipple(WARN, x=at)
-
-
-def _draw(canvas: Canvas, trace: Trace, least: float, per_dot: float, role: str) -> None:
-    """Column by column from the least to the greatest, and up to where the one before it ended."""
-    bottom, count, width = canvas.height - 1, len(trace.low), canvas.width
-    rows = [
-        (bottom - round((high - least) / per_dot), bottom - round((low - least) / per_dot)) if low == low else _GAP
-        for low, high in zip(trace.low, trace.high, strict=True)
-    ]
-    spans = []
-    before = _GAP
-    for source in _sources(count, width):
-        now = rows[source]
-        first, last = now
-        if now is not _GAP and before is not _GAP:
-            if before[1] < first - 1:
-                first = before[1] + 1
-            if before[0] > last + 1:
-                last = before[0] - 1
-        spans.append((first, last))
-        before = now
-    canvas.columns_of(spans, role)
 
 
 def _time(picture: ScopePicture, width: int) -> Line:

@@ -6,6 +6,7 @@ Every meaning stands in the words or signs too, so that a picture without colour
 from __future__ import annotations
 
 from collections.abc import Iterable
+from operator import itemgetter
 from typing import TypeAlias
 
 PLAIN, LABEL, TITLE, KEY = "plain", "label", "title", "key"
@@ -25,6 +26,7 @@ Span: TypeAlias = tuple[str, str]
 Line: TypeAlias = list[Span]
 
 BLOCKS = " ▏▎▍▌▋▊▉█"
+_WORDS = itemgetter(0)
 ELLIPSIS = "…"
 LONGEST_WORD = 20
 """What is longer is no word, and may be cut: a path, bytes."""
@@ -32,12 +34,12 @@ LONGEST_WORD = 20
 
 def plain(line: Line) -> str:
     """The words alone."""
-    return "".join(text for text, _ in line)
+    return "".join(map(_WORDS, line))
 
 
 def width_of(line: Line) -> int:
     """How many cells the line takes."""
-    return len("".join([text for text, _ in line]))
+    return len("".join(map(_WORDS, line)))
 
 
 def fit(line: Line, width: int, fill: str = PLAIN) -> Line:
@@ -92,7 +94,7 @@ def hexed(data: bytes) -> str:
 def signed(value: float, width: int, decimals: int) -> str:
     """A number with its sign, right-aligned; what rounds to zero has a plus; what does not fit is cut to `>`."""
     text = f"{value:+.{decimals}f}"
-    if float(text) == 0.0:
+    if text[0] == "-" and float(text) == 0.0:
         text = "+" + text[1:]
     return text.rjust(width) if len(text) <= width else (text[0] + ">" * (width - 1))
 
@@ -100,16 +102,11 @@ def signed(value: float, width: int, decimals: int) -> str:
 def swing_bar(value: float, wanted: float, limit: float, width: int) -> str:
     """A bar from the middle to either side, with a mark where it should be: `·····│███▍··◆·`. Odd widths are even."""
     half = max(1, (width - 1) // 2)
-    cells = ["·"] * (2 * half + 1)
-    cells[half] = "│"
     length = round(min(1.0, abs(value) / limit) * half)
-    step = 1 if value >= 0 else -1
-    for i in range(1, length + 1):
-        cells[half + i * step] = "█"
+    bar, rest, empty = "█" * length, "·" * (half - length), "·" * half
+    cells = f"{empty}│{bar}{rest}" if value >= 0 else f"{rest}{bar}│{empty}"
     place = half + round(max(-1.0, min(1.0, wanted / limit)) * half)
-    if place != half:
-        cells[place] = "◆"
-    return "".join(cells)
+    return f"{cells[:place]}◆{cells[place + 1 :]}" if place != half else cells
 
 
 def fill_bar(share: float, width: int) -> str:

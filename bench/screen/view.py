@@ -45,13 +45,15 @@ PANELS: dict[str, Callable[[Scene, int, int], list[Line]]] = {
     "notice": notice,
 }
 """Every panel by its name in `layout`: a function of scene, width and height."""
+_FITTED = ("arena", "scope")
+"""Pictures: most of their lines stand, and all are made as wide as they are asked to be."""
 
 
 def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
     """Which panels this scene needs, and where they stand."""
     replay = scene.replay
     state = layout.HELP if scene.help else layout.ENDED if replay is not None and replay.summary else layout.LIVE
-    places = layout.arrange(
+    arranged = layout.arrange(
         width,
         height,
         wheels=len(scene.robot.wheels),
@@ -61,6 +63,7 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
         page=scene.shown.page,
         pad=scene.hands is not None and scene.hands.pad is not None,
     )
+    places = dict(arranged)
     if "small" in places:
         return layout.small_with_list(width, height) or places if scene.dialog is not None else places
     # Over the others, and so drawn last.
@@ -74,7 +77,8 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
 
 def draw(panel: str, scene: Scene, width: int, height: int) -> list[Line]:
     """A panel's lines: at most `height` of them, each exactly `width` cells."""
-    return [fit(line, width) for line in PANELS[panel](scene, width, height)[:height]]
+    lines = PANELS[panel](scene, width, height)[:height]
+    return lines if panel in _FITTED else [fit(line, width) for line in lines]
 
 
 def picture(scene: Scene, width: int, height: int) -> list[str]:
