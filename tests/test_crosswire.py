@@ -15,6 +15,7 @@ from bench.check.conduct import conduct, shortcomings
 from bench.check.crosswire import Checks, CrossWire
 from bench.check.crosswire.block import Block
 from bench.check.crosswire.counts import Counts
+from bench.check.crosswire.finding import Finding, Outcome, check_lines
 from bench.check.crosswire.recorded import outcomes_of
 from bench.check.crosswire.settings import AnswersCheck
 from bench.check.reading import Recording
@@ -229,6 +230,26 @@ def test_one_by_one_or_in_blocks_is_the_same(run):
     for block in other.blocks():
         other.checks.extend(block)
     assert [each.as_dict() for each in outcomes(one)] == [each.as_dict() for each in other.checks.outcomes()]
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "line"),
+    [
+        ([("motion", 3, 0.4), ("bus", 9, 0.54)], "the wires agree; used of what is allowed: motion 40%, bus 54%"),
+        (
+            [("motion", 3, 0.4), ("answers", 0, 0.0)],
+            "the wires agree; used of what is allowed: motion 40%; nothing to judge: answers",
+        ),
+        ([("answers", 0, 0.0)], "the wires agree; nothing to judge: answers"),
+        ([("motion", 3, 0.4), ("bus", 9, None)], "the rest agrees; used of what is allowed: motion 40%"),
+    ],
+)
+def test_the_line_of_checks_says_agree_and_how_far_only_of_what_was_judged(outcomes, line):
+    bad = (Finding("apart", 1, 2),)
+    made = [
+        Outcome(name, "on", bad if used is None else (), judged, "", used or 0.0) for name, judged, used in outcomes
+    ]
+    assert check_lines(made)[0] == f"checks    {line}"
 
 
 # --- current at rest -------------------------------------------------------------------------------------------------

@@ -66,8 +66,13 @@ def span(first_tick: int, last_tick: int) -> str:
 def check_lines(outcomes: Sequence[Outcome]) -> list[str]:
     """One line for the checks that found nothing, one for each finding: capitals where a run fails by it."""
     quiet = [one for one in outcomes if one.state == ON and one.ok]
-    used = ", ".join(f"{one.name} {one.used:.0%}" for one in quiet)
-    lines = [f"checks    the wires agree; used of what is allowed: {used}"] if quiet else []
+    lines = []
+    if quiet:
+        agree = "the rest agrees" if any(one.findings for one in outcomes) else "the wires agree"
+        used = ", ".join(f"{one.name} {one.used:.0%}" for one in quiet if one.judged)
+        idle = ", ".join(one.name for one in quiet if not one.judged)
+        told = [f"used of what is allowed: {used}"] if used else []
+        lines = ["checks    " + "; ".join([agree, *told, *([f"nothing to judge: {idle}"] if idle else [])])]
     for one in outcomes:
         if one not in quiet:
             lines += [f"{'check' if one.ok else 'CHECK':10}{line}" for line in one.lines]
