@@ -1,8 +1,11 @@
 """Gamepads of the kernel's own making, through its joystick nodes and evdev. `make gamepad` boots a kernel for them."""
 
+import argparse
 import os
+import signal
 import time
 
+import pty_terminal
 import pytest
 from desk import M2006, Granted, pass_ticks
 from virtual_pad import (
@@ -27,6 +30,9 @@ from virtual_pad import (
     Z,
 )  # fmt: skip
 
+from bench.__main__ import main
+from bench.check.reading import Recording
+from bench.cli import drive as verb
 from bench.config.gamepads import GamepadMap, PadAxis, load_gamepad_map
 from bench.io.clock import wait_ns
 from bench.io.gamepad import PadEvent, open_gamepad
@@ -35,7 +41,7 @@ from bench.loop import simulated
 from bench.screen.keyboard import Keyboard
 from bench.screen.session import Session
 
-DEADLINE_S = 120.0  # an emulated processor
+DEADLINE_S = 300.0  # an emulated processor
 FULL = -32768
 """Y and X of a stick that is pushed forward, to the left."""
 
@@ -363,3 +369,74 @@ def test_a_real_event_device_through_evdev():
         assert PadEvent(True, 1, -1.0) in pad.read()
     pad.read()
     assert pad.lost
+
+
+def replayed(run, capsys):
+    """That `wheelbench replay` makes the same of the recorded inputs, byte for byte."""
+    status = main(["replay", str(run)])
+    said = capsys.readouterr().out
+    assert (status, "identical" in said) == (0, True), said
+
+
+def test_a_drive_by_it_is_recorded_stops_where_it_was_pulled_out_and_replays(plug, kind, tmp_path, monkeypatch, capsys):
+    """The bench of `wheelbench drive --gamepad --record`, whose time here passes as it is granted."""
+    monkeypatch.setattr("bench.io.clock.WallPacer", Granted)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    pad, run = plug(), tmp_path / "run"
+    parser = argparse.ArgumentParser()
+    verb.add_arguments(parser)
+    session = verb._session(parser.parse_args(["--gamepad", address(pad, kind), "--record", str(run)]))
+
+    def frames(count):
+        for _ in range(count):
+            pass_ticks(session, 50)
+
+    frames(2)
+    pad.press(START)
+    frames(4)
+    pad.move(Y, FULL)
+    frames(12)
+    assert session.link.latest().twist.vx_mps > 0.2
+    pulled_tick = session.link.bench.now_tick
+    pad.unplug()
+    frames(24)
+    session.leave(patience=False)
+    recording = Recording.open(run)
+    assert recording.complete
+    commands = {tick: dict(sent)[0x200] for tick, sent in recording.commands.items()}
+    assert any(commands[pulled_tick - 1]), "it drove"
+    assert not any(commands[recording.ticks - 1]), "no current is asked for"
+    column = recording.state_columns.index("vx_mps")
+    assert max(abs(row[column]) for tick, row in recording.state.items() if tick > pulled_tick + 1000) < 0.01
+    replayed(run, capsys)
+
+
+def test_the_dashboard_itself_says_that_it_has_gone_and_come_back(plug, tmp_path, monkeypatch, capsys):
+    """In a terminal, by the first node that there is. An emulated processor is too slow to prove a terminal alive, so
+    sticks stay at rest; the button that arms counts, and what is told.
+    """
+    monkeypatch.setattr(pty_terminal, "DEADLINE_S", DEADLINE_S)
+    run, pad = tmp_path / "run", plug()
+    terminal = pty_terminal.PtyTerminal(tmp_path, "-m", "bench", "drive", "--gamepad", "--record", run)
+
+    def arm():
+        pad.press(START)
+        terminal.serve(3.0)
+
+    try:
+        terminal.wait_for("not armed since boot")
+        until(lambda: b" ARMED " in terminal.output, arm)
+        pad.unplug()
+        terminal.wait_until(lambda: "gamepad: it is not there" in shown(terminal), "the loss to be told")
+        plug({**XPAD_AXES, Y: STICK._replace(first=FULL)})
+        terminal.wait_until(lambda: "gamepad: let its sticks go" in shown(terminal), "the pad to be taken again")
+        os.kill(terminal.child.pid, signal.SIGTERM)
+        assert terminal.ended() == 0
+    finally:
+        terminal.close()
+    replayed(run, capsys)
+
+
+def shown(terminal):
+    """What stands on its screen."""
+    return "\n".join("".join(cell for cell, _ in row) for row in pty_terminal.cells(terminal.output, 24, 80))

@@ -1,6 +1,6 @@
 # uinput, joydev and evdev: Debian's own kernel in QEMU's software emulation (90 MB). Read by run.sh.
 # Debian's user-mode Linux and its cloud kernel are built without uinput and joydev.
-limit_s=900
+limit_s=1800
 needs="tar setsid"
 
 modules="virtio_ring virtio virtio_pci_legacy_dev virtio_pci_modern_dev virtio_pci netfs fscache 9pnet 9pnet_virtio 9p
