@@ -44,18 +44,19 @@ def test_an_install_that_fails_says_why_and_what_to_try(checkout):
     assert not list((checkout / ".venv").glob(".*")), "the next make tries again"
 
 
-def test_where_no_kernel_with_can_can_be_had_socketcan_says_why(tmp_path):
-    """Status 125 is what `make socketcan` takes for a skip; any other would be a failed test."""
+@pytest.mark.parametrize("kind", ["socketcan", "gamepad"])
+def test_where_no_such_kernel_can_be_had_the_recipe_says_why(tmp_path, kind):
+    """Status 125 is what `make socketcan` and `make gamepad` take for a skip; any other would be a failed test."""
     (tmp_path / "bin").mkdir()
     for tool in ("bash", "dirname", "uname"):
         (tmp_path / "bin" / tool).symlink_to(shutil.which(tool))
     done = subprocess.run(
-        [shutil.which("bash"), ROOT / "scripts/kernels/run.sh", "socketcan", "true"],
+        [shutil.which("bash"), ROOT / "scripts/kernels/run.sh", kind, "true"],
         env={"PATH": str(tmp_path / "bin"), "KERNEL_CACHE": str(tmp_path / "cache")},
         capture_output=True, text=True, timeout=60,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (125, "")
-    assert done.stderr.startswith("socketcan: ")
+    assert done.stderr.startswith(f"{kind}: ")
     assert len(done.stderr.splitlines()) == 1
 
 

@@ -24,7 +24,7 @@ fetch() {
     # Of 400 MB, what is needed.
     # shellcheck disable=SC2046
     dpkg --fsys-tarfile "$package" | tar -x -C "$1/kernel" --transform 's|.*/||' --wildcards './boot/vmlinuz-*' \
-      $(printf './lib/modules/*/%s.ko ' $modules)
+      $(printf './lib/modules/*/%s.ko ' $modules) || unable "${package##*/} has not the modules that this takes"
   done
   [ -n "$(qemu "$1")" ] || unable "apt-get does not know how to install qemu-system-x86"
 }
