@@ -153,7 +153,8 @@ class EmulatedGyro:
 class NormalNumbers:
     """Of mean 0 and deviation 1, to 6 deviations: twelve even ones added up. The same everywhere.
 
-    The even ones are the upper bits of Knuth's 64-bit congruential generator (MMIX).
+    The even ones are the upper bits of Knuth's 64-bit congruential generator (MMIX). `bench.noise` draws by another;
+    neither can take the other's place, because a recording runs again only from the numbers that it was made with.
     """
 
     __slots__ = ("_state",)

@@ -273,6 +273,13 @@ def test_replay_refuses_arguments_in_one_sentence(call, arguments):
     assert len(err.splitlines()) == 1
 
 
+def test_drive_refuses_what_would_arm_nothing(call):
+    for more in ((), ("--role", "base", "--can", "can:virtual:x"), ("--replay", "somewhere")):
+        status, out, err = call("drive", "--arm", *more)
+        assert (status, out) == (2, "")
+        assert "--arm: lets real motors move" in err
+
+
 def test_a_capture_without_a_frame_is_told_what_to_try(call, tmp_path):
     stream = tmp_path / "notes.txt"
     stream.write_text("a text\n")
