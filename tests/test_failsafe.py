@@ -8,7 +8,7 @@ import pytest
 
 from bench.__main__ import main
 from bench.base import Base
-from bench.check.failsafe import GREEN, OFF, PHASES, RED, coast_ticks, losses, run_cell
+from bench.check.failsafe import GREEN, LOST_TICKS, OFF, PHASES, RED, coast_ticks, losses, run_cell
 from bench.check.subjects import SUBJECTS
 from bench.config import load_robot
 from bench.messages import BodyTwist
@@ -63,6 +63,32 @@ def test_a_robot_coasts_as_long_as_its_friction_takes():
     offset = constant / viscous
     seconds = mass / viscous * math.log((0.4 + offset) / (0.02 + offset))
     assert coast_ticks(ROBOT, BodyTwist(0.4, 0.0, 0.0)) == pytest.approx(1000.0 * seconds, rel=0.02)
+
+
+@pytest.mark.parametrize(("name", "phase"), [("omni3", "cruise"), ("slamware-a", "reversal"), ("deadwheel3", "spin")])
+def test_a_robot_that_rolls_for_longer_than_a_second_may(name, phase):
+    """With one wheel that it cannot feel: that one coasts alone, and how long is watched to the end."""
+    robot = load_robot(name)
+    (stuck,) = (row for row in losses(robot) if row.name == "encoder stuck")
+    cell = run_cell(robot, stuck, phase)
+    assert (cell.verdict, cell.why) == (GREEN, ())
+    assert cell.stop_ms > LOST_TICKS
+
+
+def test_something_is_lost_for_as_long_as_the_robot_may_roll():
+    slow = load_robot("siegwart")
+    rolls = coast_ticks(slow, BodyTwist(0.4 * slow.limits.linear_mps, 0.0, 0.0))
+    assert rolls > LOST_TICKS
+    for row in losses(slow):
+        assert row.lasting >= rolls + (slow.link.core_timeout_ms if row.by_core else slow.link.hold_ms)
+        assert all(fault.lasting in (None, row.lasting) for fault in row.faults if fault.name != "byte")
+    assert {row.lasting for row in ROWS.values() if not row.by_core} == {LOST_TICKS}
+
+
+def test_the_encoder_that_gets_stuck_is_of_a_wheel_that_turns_in_every_phase():
+    (stuck,) = (row for row in losses(load_robot("slamware-a")) if row.name == "encoder stuck")
+    assert stuck.faults[0].esc == 2, "its first wheel stands when it drives forward"
+    assert ROWS["encoder stuck"].faults[0].esc == 1
 
 
 def test_the_verb_prints_a_row_its_rule_and_ends_well(capsys, tmp_path):

@@ -30,6 +30,7 @@ from bench.check.faulty import FaultyWorld, Injector
 from bench.check.signals import Signals
 from bench.config import Robot
 from bench.errors import ControllerFailed
+from bench.kinematics import Kinematics
 from bench.loop import Bench, simulated
 from bench.messages import BodyTwist, TickInput, TickOutput
 from bench.plant import Plant
@@ -83,11 +84,8 @@ class Loss:
     let_go_after: int | None = None
     """The sticks go to rest then."""
     off_because: str = ""
-
-    @property
-    def lasting(self) -> int:
-        """How long it is lost."""
-        return CORE_LOST_TICKS if self.by_core else LOST_TICKS
+    lasting: int = LOST_TICKS
+    """How long it is lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,19 +126,25 @@ def losses(robot: Robot) -> tuple[Loss, ...]:
     by_hold = f"stop from {link.hold_ms} ms on, no current from {link.disarm_ms} ms on, stay"
     at_once = f"stop at once, no current from {link.disarm_ms} ms on, stay"
 
+    coasting = max(coast_ticks(robot, _asked_by(sticks, robot)) for sticks in PHASES.values())
+    lasting = max(LOST_TICKS, hold + REACTION_TICKS + coasting)
+    core_lasting = max(CORE_LOST_TICKS, link.core_timeout_ms + 60 + REACTION_TICKS + coasting)
+
     def rc(kind: str, **facts: float) -> tuple[Fault, ...]:
-        return (Fault(kind, "rc", kind, at=LOSS_TICK, lasting=LOST_TICKS, **facts),)  # type: ignore[arg-type]
+        return (Fault(kind, "rc", kind, at=LOSS_TICK, lasting=lasting, **facts),)  # type: ignore[arg-type]
 
     def esc(wire: str, kind: str, number: int | None) -> tuple[Fault, ...]:
-        return (Fault(kind, wire, kind, at=LOSS_TICK, lasting=LOST_TICKS, esc=number),)
+        return (Fault(kind, wire, kind, at=LOSS_TICK, lasting=lasting, esc=number),)
 
     # The last byte of the first frame after the loss.
     keep = len(Transmitter(profile).step(0, AT_REST)) - 1
     byte = Fault("byte", "rc", "truncate", at=LOSS_TICK, lasting=profile.period_ms, keep=keep)
     silent = f"no current from {link.feedback_timeout_ms} ms on"
     timeout = link.feedback_timeout_ms + 5
-    core = (Fault("core", "core", "drop", at=CORE_LOSS_TICK, lasting=CORE_LOST_TICKS),)
-    return (
+    core = (Fault("core", "core", "drop", at=CORE_LOSS_TICK, lasting=core_lasting),)
+    # It stays stuck: how long the robot may roll on is known when the sticks are let go.
+    stuck = (Fault("stuck", "feedback", "stuck", at=LOSS_TICK, esc=_always_turning(robot)),)
+    rows = (
         Loss("RC silent", by_hold, rc("drop"), hold, quiet, rearm=True),
         Loss("failsafe flag", at_once, rc("flag"), frame, quiet, rearm=True, off_because=flags["flag"]),
         Loss("lost-frame flag", by_hold, rc("lost_flag"), hold, quiet, rearm=True, off_because=flags["lost_flag"]),
@@ -154,10 +158,25 @@ def losses(robot: Robot) -> tuple[Loss, ...]:
         Loss("core silent", f"stop from {link.core_timeout_ms} ms on", core, link.core_timeout_ms + 60, by_core=True),
         Loss("one ESC silent", silent, esc("esc", "silent", 1), timeout, timeout),
         Loss("every ESC silent", silent, esc("esc", "silent", None), timeout, timeout),
-        Loss("encoder stuck", "keep the current limit; stop when let go", esc("feedback", "stuck", 1), 300,
-             let_go_after=300),
+        Loss("encoder stuck", "keep the current limit; stop when let go", stuck, 300, let_go_after=300),
         Loss("restart", "no current until armed, stay", (), 0, 2, rearm=True, restarts=True),
     )  # fmt: skip
+    return tuple(replace(row, lasting=core_lasting if row.by_core else lasting) for row in rows)
+
+
+def _asked_by(sticks: Sticks, robot: Robot) -> BodyTwist:
+    limits = robot.limits
+    return BodyTwist(
+        sticks.forward * limits.linear_mps, sticks.left * limits.linear_mps, sticks.turn * limits.angular_radps
+    )
+
+
+def _always_turning(robot: Robot) -> int:
+    """The wheel, from 1, that turns in every phase but rest: one that stands is none the worse for a stuck encoder."""
+    kinematics = Kinematics(robot.wheels)
+    phases = [kinematics.wheel_speeds(_asked_by(sticks, robot)) for sticks in PHASES.values() if any(sticks)]
+    slowest = [round(min(map(abs, speeds)), 9) for speeds in zip(*phases, strict=True)]
+    return 1 + slowest.index(max(slowest))
 
 
 def run_cell(robot: Robot, loss: Loss, phase: str, build: Build = Base) -> Cell:
@@ -207,10 +226,16 @@ class _Drive:
             self._follow(tick)
             if tick - at == loss.let_go_after:
                 before = self._bench.world.plant.twist
+        after = self._bench.world.plant.twist
+        allowed = 0 if loss.stop_after is None else loss.stop_after + REACTION_TICKS + self._rolls_on(before)
+        if loss.let_go_after is not None:  # how fast a robot runs that cannot feel a wheel, nobody knew before
+            for tick in range(end, at + allowed + 1):
+                self._tick(tick)
+                self._follow(tick)
+            end = max(end, at + allowed + 1)
         stop_ms = self._moved_tick - at if self._moved_tick < end - 1 else None
         stop_m = self._stop_m
-        after = self._bench.world.plant.twist
-        self._check_stop(before, after, stop_ms)
+        self._check_stop(before, after, stop_ms, allowed)
         for tick in range(end, end + AFTER_TICKS):
             self._tick(tick)
             if loss.rearm:
@@ -250,11 +275,7 @@ class _Drive:
         if tick < DRIVE_TICK:
             return AT_REST._replace(aux1=ARM_TICK <= tick < DRIVE_TICK), None
         if loss.by_core:
-            limits = self._robot.limits
-            twist = BodyTwist(
-                wanted.forward * limits.linear_mps, wanted.left * limits.linear_mps, wanted.turn * limits.angular_radps
-            )
-            return AT_REST, twist if tick >= CORE_DRIVE_TICK else None
+            return AT_REST, _asked_by(wanted, self._robot) if tick >= CORE_DRIVE_TICK else None
         if loss.let_go_after is not None and tick >= self._at + loss.let_go_after:
             return AT_REST, None
         tremble = TREMBLE if tick // self._transmitter.profile.period_ms % 2 else -TREMBLE
@@ -272,10 +293,8 @@ class _Drive:
 
     def _check_direction(self) -> None:
         """Before the loss the robot moves the way the sticks say."""
-        limits, sticks = self._robot.limits, PHASES[self._phase]
-        wanted = (
-            sticks.forward * limits.linear_mps, sticks.left * limits.linear_mps, sticks.turn * limits.angular_radps,
-        )  # fmt: skip
+        limits = self._robot.limits
+        wanted = _asked_by(PHASES[self._phase], self._robot)
         units = (1.0, 1.0, limits.linear_mps / limits.angular_radps)
         moves = [value * unit for value, unit in zip(self._bench.world.plant.twist, units, strict=True)]
         asked = [value * unit for value, unit in zip(wanted, units, strict=True)]
@@ -290,7 +309,13 @@ class _Drive:
             twist = ", ".join(f"{value:.2f}" for value in self._bench.world.plant.twist)
             self._why.append(f"does not move as the sticks say before the loss: {twist} (m/s, m/s, rad/s)")
 
-    def _check_stop(self, before: BodyTwist, after: BodyTwist, stop_ms: int | None) -> None:
+    def _rolls_on(self, twist: BodyTwist) -> int:
+        """For how many ticks it may roll on after the reaction."""
+        coasting = coast_ticks(self._robot, twist)
+        unfelt = [fault.esc for fault in self._loss.faults if fault.kind == "stuck"]
+        return max(coasting, coast_ticks(self._robot, twist, unfelt[0])) if unfelt else coasting
+
+    def _check_stop(self, before: BodyTwist, after: BodyTwist, stop_ms: int | None, allowed: int) -> None:
         loss = self._loss
         if loss.drives_on and self._phase not in ("rest", "reversal"):
             shares = [b and a / b for a, b in zip(after, before, strict=True)]
@@ -300,20 +325,26 @@ class _Drive:
             self._why.append("does not follow the sticks any more")
         if loss.stop_after is None:
             return
-        allowed = loss.stop_after + REACTION_TICKS + coast_ticks(self._robot, before)
         if stop_ms is None or stop_ms > allowed:
             took = "does not stand" if stop_ms is None else f"stands after {stop_ms} ms"
             self._why.append(f"{took}; {allowed} ms are allowed")
 
 
-def coast_ticks(robot: Robot, twist: BodyTwist) -> int:
-    """How long this robot rolls on from a twist with no current at all; asked of the plant."""
+def coast_ticks(robot: Robot, twist: BodyTwist, unfelt: int | None = None) -> int:
+    """How long this robot rolls on from a twist with no current at all; asked of the plant.
+
+    With a wheel (from 1) that it cannot feel: that one rolls, the others brake, and one wheel's friction is all it has.
+    """
     plant = Plant(robot, arena=None, twist=twist)
+    most_a, gain = robot.limits.current_a, robot.control.kp_a_per_radps
     currents = [0.0] * len(robot.wheels)
     for tick in range(LOST_TICKS * 10):
         vx, vy, omega = plant.twist
         if math.hypot(vx, vy) <= STANDS_BELOW_MPS and abs(omega) <= STANDS_BELOW_RADPS:
             return tick
+        if unfelt is not None:
+            currents = [max(-most_a, min(most_a, -gain * speed)) for speed in plant.wheel_speeds_radps]
+            currents[unfelt - 1] = 0.0
         plant.step(currents)
     return LOST_TICKS * 10
 
