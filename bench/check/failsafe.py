@@ -161,7 +161,10 @@ def losses(robot: Robot) -> tuple[Loss, ...]:
         Loss("encoder stuck", "keep the current limit; stop when let go", stuck, 300, let_go_after=300),
         Loss("restart", "no current until armed, stay", (), 0, 2, rearm=True, restarts=True),
     )  # fmt: skip
-    return tuple(replace(row, lasting=core_lasting if row.by_core else lasting) for row in rows)
+    # Who drives on is not watched for longer: the field has walls.
+    return tuple(
+        row if row.drives_on else replace(row, lasting=core_lasting if row.by_core else lasting) for row in rows
+    )
 
 
 def _asked_by(sticks: Sticks, robot: Robot) -> BodyTwist:
