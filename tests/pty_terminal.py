@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-DEADLINE_S = 60.0
+DEADLINE_S = 120.0
 _QUERY = re.compile(rb"\x1b\[(\d+);(\d+)H\x1b\[6n|\x1b\[\?u|\x1b\[=(\d+);1u|\x1b\[>(\d+)u|\x1b\[<u")
 
 
