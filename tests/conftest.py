@@ -8,10 +8,10 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-# No deadline: a busy machine is no bug. Derandomised, so that a red run is red again.
-settings.register_profile("bench", deadline=None, derandomize=True)
+# No deadline, and nothing is too slow: a busy machine is no bug. Derandomised, so that a red run is red again.
+settings.register_profile("bench", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("bench")
 
 # Nobody's own settings change a test, and no test changes them.

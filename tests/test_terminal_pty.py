@@ -246,8 +246,8 @@ def test_what_is_written_past_textual_leaves_the_screen_as_textual_draws_it(open
         terminal.serve(0.3)
 
     def stands(screen):
-        """Time stands, and nothing is said any more."""
-        return "PAUSED" in screen.lines[0] and "fork" in screen.lines[-1]
+        """Time stands, and nothing is said any more: not of a terminal that was slow to answer either."""
+        return "PAUSED" in screen.lines[0] and "fork" in screen.lines[-1] and screen.lines[-2].startswith(" answer ")
 
     terminal.wait_to_show("a pause", stands)
     frames = terminal.questions + 2
