@@ -93,6 +93,8 @@ class Scope:
         """Start and trigger of the picture that stands."""
         self._pending: int | None = None
         """A trigger whose picture is not complete yet."""
+        self._known: dict[str, tuple[tuple[int, int, int], tuple[float, ...], tuple[float, ...]]] = {}
+        """Of each signal the least and the greatest samples of a stretch: start, span and columns."""
 
     def take(self, outs: Iterable[TickOutput]) -> None:
         """The next ticks."""
@@ -130,6 +132,7 @@ class Scope:
         other.settings = settings
         count = max(0, tick - self._first_tick)
         other._samples = {name: self._samples[name][:count] for name in settings.signals}
+        other._known = {}
         other._next_tick = tick
         other._shown = other._pending = None
         other._looked_at = self._first_tick
@@ -163,6 +166,7 @@ class Scope:
         """The run jumped, or begins: what was sampled before does not belong to it."""
         for column in self._samples.values():
             del column[:]
+        self._known.clear()
         self._first_tick = self._looked_at = tick
         self._shown = self._pending = None
 
@@ -204,11 +208,14 @@ class Scope:
         samples, span = self._samples[name], self.settings.span_ms
         offset, have = start - self._first_tick, len(self._samples[name])
         if columns and offset >= 0 and offset + span <= have:
-            # All of it is there: nothing has to be asked of a column.
-            whole = samples[offset : offset + span].tolist()
-            parts = list(map(whole.__getitem__, _columns(span, columns)))
-            low, high = list(map(min, parts)), list(map(max, parts))
-            return self._told(name, low, high)
+            # All of it is there: nothing has to be asked of a column, and one that stands is not looked at again.
+            stretch = (start, span, columns)
+            known = self._known.get(name)
+            if known is None or known[0] != stretch:
+                whole = samples[offset : offset + span].tolist()
+                parts = list(map(whole.__getitem__, _columns(span, columns)))
+                known = self._known[name] = (stretch, tuple(map(min, parts)), tuple(map(max, parts)))
+            return self._told(name, known[1], known[2])
         low, high = [], []
         first = offset
         for column in range(1, columns + 1):
@@ -224,7 +231,7 @@ class Scope:
             first = end
         return self._told(name, low, high)
 
-    def _told(self, name: str, low: list[float], high: list[float]) -> Trace:
+    def _told(self, name: str, low: Sequence[float], high: Sequence[float]) -> Trace:
         samples = self._samples[name]
         if samples and samples[0] != samples[0]:
             # A signal begins as no number until its first frame: that hides what stands beside it in the same column.
