@@ -265,7 +265,7 @@ def test_each_bar_of_the_dashboard_can_be_missed(changed, missed):
     assert [row.verdict for row in rows].count("MISSED") == missed
 
 
-@pytest.mark.parametrize("kind", ["ours", "stock", "first"])
+@pytest.mark.parametrize("kind", ["ours", "driven", "stock", "first"])
 def test_apps_measure_themselves_in_a_terminal(kind):
     facts = dashboard._Child(kind, dashboard.VIEWS[0], 3).facts()
     assert facts

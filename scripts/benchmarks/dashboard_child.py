@@ -3,10 +3,11 @@
     python dashboard_child.py KIND PAGE COLUMNS ROWS FRAMES RESULT SPAWNED_S
 
     ours    the dashboard
+    driven  the same as it is after a minute of `wheelbench drive`: a whole trail, wires checked, the run remembered
     stock   the same lines in Textual's ready widgets: Static, DataTable (only cells that changed), Sparkline
     empty   an app that shows nothing
 
-`ours` and `stock` look at the same bench, which is driven about all the time and ticks in both: every frame grants it
+All but `empty` look at the same bench, which is driven about all the time and ticks in both: every frame grants it
 the ticks of its 50 ms, however late the frame comes, so that a busy machine measures the same work.
 """
 
@@ -30,6 +31,8 @@ FRAMES_PER_S = 20
 FRAME_TICKS = 1000 // FRAMES_PER_S
 LAST_OF_A_PICTURE, FIRST_VALUE = " quit", "not armed since boot"
 """The footer's last word, which stands in the lowest row of every picture; what the bench says of itself at tick 0."""
+UNREACHED_LEVEL = ("n", "down", "down", "9", "9", "9", "enter")
+"""Keys: the scope's trigger is never reached. It runs free, and its picture moves; one that is caught stands."""
 TABLES = ("wheels", "wires", "wiretable")
 
 
@@ -77,17 +80,18 @@ def tell_writes(driver: Any, start: Start) -> None:
     driver.write = noting
 
 
-def session_driven_about(page: str) -> Any:
-    """A session at the dashboard whose robot drives all the time."""
-    from bench.check.recording import RunInfo
-    from bench.check.run import Run
+def session_driven_about(page: str, whole: bool = False) -> Any:
+    """A session at the dashboard whose robot drives all the time; `whole` with all that `wheelbench drive` does."""
+    from bench.check.run import Run, info_of
     from bench.io.clock import FreePacer
+    from bench.io.follower import TRAIL_POINTS
     from bench.io.link import InlineLink
     from bench.loop import simulated
     from bench.messages import TickInput
     from bench.rc.transmitter import Sticks, Transmitter
     from bench.screen.keyboard import Keyboard
-    from bench.screen.session import Session
+    from bench.screen.session import Session, session_of
+    from bench.screen.stage import to_drive
 
     bench = simulated("m2006")
     transmitter = Transmitter(bench.robot.rc)
@@ -98,8 +102,16 @@ def session_driven_about(page: str) -> Any:
         return TickInput(transmitter.step(tick, sticks))
 
     keyboard = Keyboard(bench.robot.rc)
-    Run("m2006", bench, 0, inputs, RunInfo("m2006", "uart12"))
+    run = Run("m2006", bench, 0, inputs, info_of(bench.robot))
     session = Session(InlineLink(bench, inputs, FreePacer(FRAME_TICKS)), keyboard=keyboard)
+    if whole:
+        stage = to_drive(run, keyboard, FreePacer(FRAME_TICKS))
+        stage.link.inputs = inputs
+        session = session_of(stage)
+        trail: Any = session.link.trail
+        trail.extend((2.0 * math.cos(k / 190.0), 1.2 * math.sin(k / 190.0)) for k in range(TRAIL_POINTS))
+    for key in UNREACHED_LEVEL:
+        session.key(key)
     session.key(str(1 + ("drive", "wires", "scope", "checks").index(page)))
     return session
 
@@ -145,11 +157,11 @@ class Meter:
             self._app.exit()
 
 
-def ours(page: str, frames: int, result: Path) -> None:
+def ours(page: str, frames: int, result: Path, whole: bool) -> None:
     """The dashboard, measured."""
     from bench.tui import Dashboard
 
-    session = session_driven_about(page)
+    session = session_driven_about(page, whole)
     app = Dashboard(session)
     meter = Meter(app, frames, result)
     frame = session.frame
@@ -251,8 +263,8 @@ def main() -> None:
 
         tell_writes(Terminal, Start(Path(result), float(spawned_s)))
         wheelbench(["drive"])
-    elif kind == "ours":
-        ours(page, int(frames), Path(result))
+    elif kind in ("ours", "driven"):
+        ours(page, int(frames), Path(result), kind == "driven")
     else:
         stock(page, int(frames), Path(result), (int(columns), int(rows)))
 
