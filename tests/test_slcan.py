@@ -18,6 +18,7 @@ from bench.io.emulated.slcan import SlcanAdapter, SlcanOnLine
 from bench.io.kinds import slcan_port
 from bench.io.kinds.crossed import crossed
 from bench.io.limiter import Limiter
+from bench.io.rig import CLOSING_FRAMES, OutBus, Rig
 from bench.io.serial_port import open_serial
 from bench.io.slcan import SlcanReader, encode, opening
 
@@ -289,6 +290,48 @@ def test_a_bridge_to_a_bus_that_is_away_says_no_current_when_it_is_back():
         assert bridge.far.read() == (NO_CURRENT,)
     finally:
         bridge.device.close()
+
+
+def full(line):
+    """A port to an adapter on this line that reads nothing, until the line takes no more; what was sent all along."""
+    port = open_can("--can", f"can:slcan:{line.where}")
+    wild = [(0x200, b"\x02\x58" * 4)] * 50
+    while not port.dropped_frames:
+        port.write(wild)
+    return port, wild[0]
+
+
+def test_a_last_word_waits_for_room_on_a_line_that_is_full():
+    """An ESC keeps its last current: what stops the motors may not be what a full line drops, or cuts in two."""
+    line = open_serial("adapter", "pty:")
+    port, wild = full(line)
+    rig = Rig("motors")
+    rig.limiter, rig.ports, rig.buses = Limiter(load_robot("m2006")), [port], [OutBus(port)]
+    rig.buses[0].put([wild])
+    closing, reader, heard = threading.Thread(target=rig.close), SlcanReader(), []
+    closing.start()
+    while (data := line.read()) or closing.is_alive():
+        heard += reader.feed(data)
+    line.close()
+    assert heard[-CLOSING_FRAMES:] == [NO_CURRENT] * CLOSING_FRAMES
+    assert set(heard[:-CLOSING_FRAMES]) == {wild}
+
+
+def test_a_line_that_is_full_and_stays_so_holds_nobody_up_for_long():
+    line = open_serial("adapter", "pty:")
+    port, wild = full(line)
+    dropped = port.dropped_frames
+    while port.write([NO_CURRENT], within_s=0.02):  # a pty finds a little room once more
+        pass
+    assert port.dropped_frames == dropped + 1
+    reader, heard = SlcanReader(), []
+    while not port.write([NO_CURRENT]):  # there is room again, some time after it was read
+        heard += reader.feed(line.read())
+    while heard[-1:] != [NO_CURRENT]:
+        heard += reader.feed(line.read())
+    assert set(heard) == {wild, NO_CURRENT}, "half frames were ended before the next began"
+    port.close()
+    line.close()
 
 
 def test_a_pulled_cable_is_noticed_and_taken_up_again(tmp_path):

@@ -108,7 +108,7 @@ def stop_motors(args: argparse.Namespace, job: Run) -> None:
     from bench.errors import BenchError
     from bench.io.can_port import open_can
     from bench.io.limiter import Limiter
-    from bench.io.rig import CLOSING_FRAMES
+    from bench.io.rig import OutBus
 
     if args.role != "motors":
         return
@@ -116,8 +116,7 @@ def stop_motors(args: argparse.Namespace, job: Run) -> None:
         port = open_can("--can", args.can)
     except BenchError:
         return  # the run's own failure is about to be told
-    for _ in range(CLOSING_FRAMES):
-        port.write(Limiter(job.bench.robot).stop)
+    OutBus(port).end(Limiter(job.bench.robot).stop)
     port.close()
 
 

@@ -19,6 +19,9 @@ from bench.io.kinds.slcan_port import ADAPTER_LINE, SlcanPort
 from bench.io.serial_port import open_serial
 from bench.messages import CanFrame
 
+LAST_WORD_S = 1.0
+"""A line may be full for a moment, and an ESC keeps its last current: so long the last word waits for room."""
+
 
 class CanPort(Protocol):
     """What every bus can do."""
@@ -72,8 +75,8 @@ class CanPort(Protocol):
         """What has come since the last call; never waits."""
         ...
 
-    def write(self, frames: Sequence[CanFrame]) -> None:
-        """Send; what the bus does not take at once is dropped and counted."""
+    def write(self, frames: Sequence[CanFrame], within_s: float = 0.0) -> bool:
+        """Send; what the bus does not take at once or in this time is dropped and counted. Whether all left."""
         ...
 
     def revive(self) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from bench.io.address import can_address, serial_address
-from bench.io.can_port import CanPort, open_can
+from bench.io.can_port import LAST_WORD_S, CanPort, open_can
 from bench.io.limiter import Limiter
 from bench.io.paced_writer import PacedWriter
 from bench.io.serial_port import SerialPort, open_serial
@@ -42,6 +42,11 @@ class OutBus:
                 waiting[can_id] = [frame]
             else:
                 waiting[can_id].append(frame)
+
+    def end(self, frames: Sequence[CanFrame]) -> None:
+        """The last word, several times; what was waiting has nothing to say any more."""
+        self._waiting.clear()
+        self.port.write([*frames] * CLOSING_FRAMES, LAST_WORD_S)
 
     def flush(self) -> None:
         """Let them go."""
@@ -129,9 +134,7 @@ class Rig:
         """Give everything back; motors are told to stop first."""
         if self.limiter is not None:
             for bus in self.buses:
-                for _ in range(CLOSING_FRAMES):
-                    bus.put(self.limiter.stop)
-                    bus.flush()
+                bus.end(self.limiter.stop)
         for port in self.ports:
             port.close()
 

@@ -41,8 +41,8 @@ class SerialPort(Protocol):
         """What has come since the last call; never waits."""
         ...
 
-    def write(self, data: bytes) -> None:
-        """Send; what the line does not take at once is dropped and counted."""
+    def write(self, data: bytes, within_s: float = 0.0) -> bool:
+        """Send; what the line does not take at once or in this time is dropped and counted. Whether all left."""
         ...
 
     def revive(self) -> bool:

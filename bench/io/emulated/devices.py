@@ -11,7 +11,7 @@ from typing import Any
 
 from bench.base import RC_PAUSE_US, Base
 from bench.config import Robot
-from bench.io.can_port import CanPort
+from bench.io.can_port import LAST_WORD_S, CanPort
 from bench.io.limiter import Limiter
 from bench.io.paced_writer import PacedWriter
 from bench.io.serial_port import SerialPort
@@ -144,7 +144,7 @@ class FirmwareOnPorts:
 
     def close(self) -> None:
         """No current, and the ports back."""
-        self.bus.write(self._limiter.stop)
+        self.bus.write(self._limiter.stop, LAST_WORD_S)
         for port in (self.bus, self.rc, self.slamware):
             if port is not None:
                 port.close()

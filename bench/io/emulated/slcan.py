@@ -15,7 +15,7 @@ from __future__ import annotations
 from binascii import unhexlify
 from collections.abc import Sequence
 
-from bench.io.can_port import CanPort
+from bench.io.can_port import LAST_WORD_S, CanPort
 from bench.io.limiter import Limiter
 from bench.io.serial_port import SerialPort
 from bench.io.slcan import BITRATES
@@ -198,7 +198,7 @@ class SlcanOnLine:
 
     def close(self) -> None:
         """No current where it was ours to give, then line and bus."""
-        self._stop()
+        self._stop(LAST_WORD_S)
         self.line.close()
         self.bus.close()
 
@@ -209,7 +209,7 @@ class SlcanOnLine:
             self._has_commanded = self._has_commanded or bool(frames)
         self.bus.write(frames)
 
-    def _stop(self) -> None:
+    def _stop(self, within_s: float = 0.0) -> None:
         if self.limiter is not None and self._has_commanded:
-            self.bus.write(self.limiter.stop)
-            self._has_commanded = bool(self.bus.lost)  # a bus that is away hears it when it is back
+            # A bus that is away, or full, hears it when it is back.
+            self._has_commanded = bool(self.bus.lost) or not self.bus.write(self.limiter.stop, within_s)

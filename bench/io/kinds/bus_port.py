@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from bench.errors import SurroundingsError, UsageError
 from bench.io.address import CAN_BITRATE, CanAddress
+from bench.io.clock import TICK_NS, now_ns, wait_ns
 from bench.io.kinds import socketcand
 from bench.io.kinds.tcp_port import CONNECT_S, RECONNECT_S
 from bench.io.revival import Revivable
@@ -82,25 +83,27 @@ class BusPort(Revivable):
             self._failures = 0
         return tuple(frames)
 
-    def write(self, frames: Sequence[CanFrame]) -> None:
-        """Send; what the bus does not take at once is dropped and counted."""
-        import can
-
+    def write(self, frames: Sequence[CanFrame], within_s: float = 0.0) -> bool:
+        """Send; what the bus does not take at once or in this time is dropped and counted. Whether all left."""
+        deadline_ns = now_ns() + int(within_s * 1e9) if within_s else 0
+        dropped = self.dropped_frames
         for frame in frames:
             bus = self._bus
             if bus is None:
                 self.dropped_frames += 1
                 continue
-            can_id, data = frame
-            try:
-                bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False), timeout=0)
-            except Exception as error:
+            error = _refused(bus, frame)
+            while error is not None and within_s and now_ns() < deadline_ns:
+                wait_ns(TICK_NS)
+                error = _refused(bus, frame)
+            if error is not None:
                 self.dropped_frames += 1
                 self._fail(error)
-            else:
-                if self._echoes is not None:
-                    self._echoes.append(frame)
-                self._failures = 0
+                continue
+            if self._echoes is not None:
+                self._echoes.append(frame)
+            self._failures = 0
+        return self.dropped_frames == dropped
 
     def close(self) -> None:
         """Shut the bus down."""
@@ -166,6 +169,18 @@ class BusPort(Revivable):
                 bus.shutdown()
             except Exception as error:
                 self.note = f"did not close well: {error}"
+
+
+def _refused(bus: can.BusABC, frame: CanFrame) -> Exception | None:
+    """Why this frame could not be sent now."""
+    import can
+
+    can_id, data = frame
+    try:
+        bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False), timeout=0)
+    except Exception as error:  # interfaces raise what their drivers raise
+        return error
+    return None
 
 
 def _ask_kernel(channel: str) -> None:

@@ -39,13 +39,13 @@ class PtyPort(SerialLine):
         except OSError:  # the other end closed between the two calls
             return b""
 
-    def write(self, data: bytes) -> None:
+    def write(self, data: bytes, within_s: float = 0.0) -> bool:
         """Send, if somebody is there."""
         self._look()
-        if self.lost:
-            self.dropped_bytes += len(data)
-        else:
-            super().write(data)
+        if not self.lost:
+            return super().write(data, within_s)
+        self.dropped_bytes += len(data)
+        return not data
 
     def revive(self) -> bool:
         """Whether somebody is there."""

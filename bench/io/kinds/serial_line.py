@@ -1,4 +1,4 @@
-"""What all serial lines have in common: a descriptor that is read in blocks and written to, and never waited for.
+"""What all serial lines have in common: a descriptor that is read in blocks and written to; only a last word waits.
 
 Blocks are read from the descriptor, because byte by byte costs thirty times as much.
 """
@@ -10,6 +10,7 @@ import select
 import termios
 from abc import abstractmethod
 
+from bench.io.clock import TICK_NS, now_ns, wait_ns
 from bench.io.revival import Revivable
 
 BLOCK_BYTES = 8192
@@ -53,20 +54,23 @@ class SerialLine(Revivable):
             self._lose(self._why(error))
         return b""
 
-    def write(self, data: bytes) -> None:
-        """Send; what the line does not take at once is dropped and counted."""
-        if self._fd < 0:
-            self.dropped_bytes += len(data)
-            return
+    def write(self, data: bytes, within_s: float = 0.0) -> bool:
+        """Send; what the line does not take at once or in this time is dropped and counted. Whether all left."""
         left = memoryview(data)
-        try:
-            while left:
-                left = left[os.write(self._fd, left) :]
-        except BlockingIOError:
-            self.dropped_bytes += len(left)
-        except OSError as error:
-            self.dropped_bytes += len(left)
-            self._lose(self._why(error))
+        if self._fd >= 0:
+            deadline_ns = now_ns() + int(within_s * 1e9) if within_s else 0
+            try:
+                while left:
+                    try:
+                        left = left[os.write(self._fd, left) :]
+                    except BlockingIOError:
+                        if not within_s or now_ns() >= deadline_ns:
+                            break
+                        wait_ns(TICK_NS)
+            except OSError as error:
+                self._lose(self._why(error))
+        self.dropped_bytes += len(left)
+        return not left
 
     def close(self) -> None:
         """Give it back."""

@@ -33,7 +33,7 @@ class SlcanPort:
         self.note = line.note
         self._reader = SlcanReader()
         self._opening = opening(bitrate)
-        self._is_set = False
+        self._is_set = self._is_cut = False
         if not line.lost:
             self._greet()
 
@@ -71,14 +71,21 @@ class SlcanPort:
             self._set()
         return tuple(self._reader.feed(data)) if data else ()
 
-    def write(self, frames: Sequence[CanFrame]) -> None:
-        """All frames in one write."""
-        if self.line.lost:
+    def write(self, frames: Sequence[CanFrame], within_s: float = 0.0) -> bool:
+        """All frames in one write. Where a full line has cut the one before, its half frame is ended first."""
+        line = self.line
+        if line.lost:
             self.dropped_frames += len(frames)
         elif frames:
             if not self._is_set:
                 self._set()
-            self.line.write(b"".join([encode(frame) for frame in frames]))
+            text = (b"\r" if self._is_cut else b"") + b"".join([encode(frame) for frame in frames])
+            before = line.dropped_bytes
+            self._is_cut = not line.write(text, within_s)
+            if self._is_cut:
+                self.dropped_frames += text[len(text) - (line.dropped_bytes - before) :].count(b"\r")
+            return not self._is_cut
+        return not frames
 
     def revive(self) -> bool:
         """The line again, and then the adapter, which may have lost its power with it."""
@@ -92,12 +99,12 @@ class SlcanPort:
     def close(self) -> None:
         """Close the adapter's channel and the line."""
         if not self.line.lost:
-            self.line.write(CLOSING)
+            self.line.write(b"\r" + CLOSING if self._is_cut else CLOSING)
         self.line.close()
 
     def _set(self) -> None:
         self.line.write(self._opening)
-        self._is_set = True
+        self._is_set, self._is_cut = True, False
 
     def _greet(self) -> None:
         """Open the channel and see whether an adapter is there. Some never answer: they are believed, and noted."""

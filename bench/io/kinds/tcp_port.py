@@ -70,11 +70,11 @@ class ListenPort(_Connection):
             return b""
         return super().read()
 
-    def write(self, data: bytes) -> None:
+    def write(self, data: bytes, within_s: float = 0.0) -> bool:
         """Send, if somebody is there."""
         if self._socket is None:
             self._accept()
-        super().write(data)
+        return super().write(data, within_s)
 
     def close(self) -> None:
         """Leave, and listen no more."""
