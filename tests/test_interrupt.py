@@ -38,10 +38,20 @@ FIRST_LINES = {"__init__.py": 99, "cli/__init__.py": 99, "cli/interrupt.py": 99,
 COMMAND = "replay", "docs/examples/link_loss.toml"
 
 
+def heeding():
+    """In the child: whoever runs these tests in the background ignores Ctrl-C, and that is inherited."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def run(*words):
     done = subprocess.run(
-        [sys.executable, *map(str, words)], cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [sys.executable, *map(str, words)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=heeding,
+    )
     return done.returncode, done.stdout, done.stderr
 
 
@@ -58,7 +68,7 @@ def imports():
     return 1_000_000 - int(out.split()[-1])
 
 
-@pytest.mark.parametrize("share", [0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.3, 0.9])
 def test_ctrl_c_with_any_import_is_a_line_and_130(imports, share):
     """From the first to nearly the last, whatever was being read: argparse, the verb, pymunk."""
     status, _, err = run("-c", STRUCK, 1 + int(imports * share), *COMMAND)
@@ -71,8 +81,8 @@ def test_ctrl_c_on_a_terminal_at_any_moment_shows_no_line_of_ours(how):
     began = time.monotonic()
     assert struck(how, 60.0)[0] == 0
     whole_s = time.monotonic() - began
-    for moment in range(9):
-        status, text = struck(how, whole_s * moment / 9)
+    for moment in range(5):
+        status, text = struck(how, whole_s * moment / 5)
         if "Traceback" in text:
             ours = re.findall(re.escape(f"{ROOT}/bench/") + r'(.*?)", line (\d+)', text)
             assert all(int(line) <= FIRST_LINES.get(file, 0) for file, line in ours), (moment, text)
@@ -85,7 +95,9 @@ def test_ctrl_c_on_a_terminal_at_any_moment_shows_no_line_of_ours(how):
 def struck(how, after_s):
     """(status, all that the terminal shows) of the command when Ctrl-C is typed then, if it is still there."""
     master, slave = pty.openpty()
-    child = subprocess.Popen([sys.executable, *how, "robots"], cwd=ROOT, stdin=slave, stdout=slave, stderr=slave)
+    child = subprocess.Popen(
+        [sys.executable, *how, "robots"], cwd=ROOT, stdin=slave, stdout=slave, stderr=slave, preexec_fn=heeding
+    )
     os.close(slave)
     try:
         child.wait(after_s)
