@@ -209,7 +209,7 @@ def test_frames_pass_and_a_server_that_went_is_found_again():
         first.client.sendall(b"< frame 201 1.000000 BEEF >")
         until(lambda: got.extend(port.read()) or got)
         assert got == [(0x201, b"\xbe\xef")]
-    until(lambda: port.write([(0x200, b"")]) or port.lost)
+    until(lambda: (port.write([(0x200, b"")]), port.lost)[1])
     began = time.monotonic()
     assert not port.revive()
     wait_ns(500_000_000)
