@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -76,12 +77,15 @@ BUILDS_ON = {
 PRINTED_FORMS_OPEN_TO = ("as_printed/", "errata/", "controller.py", "odometry.py")
 
 
+@cache
 def imported(tree):
+    found = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            yield node.module
+            found.append(node.module)
+    return found
 
 
 @pytest.mark.parametrize("package", ONLY_IN)
