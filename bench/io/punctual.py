@@ -16,15 +16,21 @@ _SCHED_SETATTR = {"x86_64": 314, "aarch64": 274}
 """From linux/prctl.h and the system call tables of these architectures."""
 
 
+def leaves_a_processor() -> bool:
+    """Whether real-time priority leaves the others a processor.
+
+    On a single one a loop that falls behind leaves them a twentieth (the kernel's `sched_rt_runtime_us`), among them
+    the process that hears the stop key.
+    """
+    return len(os.sched_getaffinity(0)) > 1
+
+
 def be_punctual(with_priority: bool = True) -> str:
     """What a process needs that shall be woken on time; what it got, in words.
 
     No timer slack (50 us by default), and no garbage collection: a tick makes no cycles, so nothing piles up. Then
     real-time priority, where that is allowed and safe; else a short time slice, which newer kernels (6.12) honour by
     waking the process earlier among others that compute. Children have none of it.
-
-    On a single processor it is not safe: a loop that falls behind there leaves the others a twentieth (the kernel's
-    `sched_rt_runtime_us`), among them the process that hears the stop key.
     """
     gc.collect()
     gc.freeze()
@@ -35,7 +41,7 @@ def be_punctual(with_priority: bool = True) -> str:
 
     libc = ctypes.CDLL(None)
     libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    if with_priority and len(os.sched_getaffinity(0)) > 1:
+    if with_priority and leaves_a_processor():
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))
             return REAL_TIME

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.io.clock import now_ns, wait_ns
+from bench.io.punctual import leaves_a_processor
 from bench.io.timing import compiler_here
 
 OK, LACKING, BAD = "ok", "lacking", "bad"
@@ -164,7 +165,7 @@ def _priority() -> Finding:
 
     if not sys.platform.startswith("linux"):
         return Finding("priority", LACKING, "real-time priority is asked for on Linux alone")
-    if len(os.sched_getaffinity(0)) < 2:
+    if not leaves_a_processor():
         advice = "give it a second one: with one, a loop with priority that falls behind keeps the stop key unheard"
         return Finding("priority", LACKING, "on one processor the real-time loop takes no real-time priority", advice)
     if os.geteuid() == 0 or resource.getrlimit(resource.RLIMIT_RTPRIO)[1] > 0:

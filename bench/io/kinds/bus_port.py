@@ -85,7 +85,7 @@ class BusPort(Revivable):
 
     def write(self, frames: Sequence[CanFrame], within_s: float = 0.0) -> bool:
         """Send; what the bus does not take at once or in this time is dropped and counted. Whether all left."""
-        deadline_ns = now_ns() + int(within_s * 1e9) if within_s else 0
+        deadline_ns = now_ns() + int(within_s * 1e9)
         dropped = self.dropped_frames
         for frame in frames:
             bus = self._bus
@@ -93,7 +93,7 @@ class BusPort(Revivable):
                 self.dropped_frames += 1
                 continue
             error = _refused(bus, frame)
-            while error is not None and within_s and now_ns() < deadline_ns:
+            while error is not None and now_ns() < deadline_ns:
                 wait_ns(TICK_NS)
                 error = _refused(bus, frame)
             if error is not None:

@@ -52,9 +52,10 @@ class DevicePort(SerialLine):
             self.note = "is a pseudo-terminal: baud rate and parity mean nothing on it"
         else:
             self._check(fd)
-            # A USB adapter keeps bytes back for up to 16 ms otherwise; what is none cannot be asked.
-            with suppress(OSError, ValueError, NotImplementedError):
-                self._serial.set_low_latency_mode(True)
+            # A USB adapter keeps bytes back for up to 16 ms otherwise; what is none cannot be asked. Linux alone can.
+            if sys.platform.startswith("linux"):
+                with suppress(OSError, ValueError):
+                    self._serial.set_low_latency_mode(True)
         self._use(fd)
 
     def _check(self, fd: int) -> None:

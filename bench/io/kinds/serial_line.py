@@ -58,13 +58,13 @@ class SerialLine(Revivable):
         """Send; what the line does not take at once or in this time is dropped and counted. Whether all left."""
         left = memoryview(data)
         if self._fd >= 0:
-            deadline_ns = now_ns() + int(within_s * 1e9) if within_s else 0
+            deadline_ns = now_ns() + int(within_s * 1e9)
             try:
                 while left:
                     try:
                         left = left[os.write(self._fd, left) :]
                     except BlockingIOError:
-                        if not within_s or now_ns() >= deadline_ns:
+                        if now_ns() >= deadline_ns:
                             break
                         wait_ns(TICK_NS)
             except OSError as error:

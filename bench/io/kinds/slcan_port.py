@@ -83,7 +83,8 @@ class SlcanPort:
             before = line.dropped_bytes
             self._is_cut = not line.write(text, within_s)
             if self._is_cut:
-                self.dropped_frames += text[len(text) - (line.dropped_bytes - before) :].count(b"\r")
+                cut = text[len(text) - (line.dropped_bytes - before) :].count(b"\r")
+                self.dropped_frames += min(cut, len(frames))
             return not self._is_cut
         return not frames
 
@@ -103,8 +104,8 @@ class SlcanPort:
         self.line.close()
 
     def _set(self) -> None:
-        self.line.write(self._opening)
-        self._is_set, self._is_cut = True, False
+        self._is_set = self.line.write(self._opening)
+        self._is_cut = not self._is_set
 
     def _greet(self) -> None:
         """Open the channel and see whether an adapter is there. Some never answer: they are believed, and noted."""
