@@ -3,6 +3,7 @@
 import os
 import random
 import threading
+import time
 
 import can
 import pytest
@@ -15,7 +16,7 @@ from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
 from bench.io.clock import now_ns, wait_ns
 from bench.io.emulated.slcan import SlcanAdapter, SlcanOnLine
-from bench.io.kinds import slcan_port
+from bench.io.kinds import serial_line, slcan_port
 from bench.io.kinds.crossed import crossed
 from bench.io.limiter import Limiter
 from bench.io.rig import CLOSING_FRAMES, OutBus, Rig
@@ -292,44 +293,68 @@ def test_a_bridge_to_a_bus_that_is_away_says_no_current_when_it_is_back():
         bridge.device.close()
 
 
-def full(line):
-    """A port to an adapter on this line that reads nothing, until the line takes no more; what was sent all along."""
-    port = open_can("--can", f"can:slcan:{line.where}")
-    wild = [(0x200, b"\x02\x58" * 4)] * 50
-    while not port.dropped_frames:
-        port.write(wild)
-    return port, wild[0]
+WILD = (0x200, b"\x02\x58" * 4)
 
 
-def test_a_last_word_waits_for_room_on_a_line_that_is_full():
+def full(line, frame=WILD):
+    """A port to an adapter that reads nothing, when the line has not taken a byte for a while; frames sent by then.
+
+    One by one, because a pty with no room for many may have some for one.
+    """
+    port, sent, refused = open_can("--can", f"can:slcan:{line.where}"), 0, 0
+    while refused < 10:
+        refused = 0 if port.write([frame], within_s=0.005) else refused + 1
+        sent += 1
+    return port, sent
+
+
+def test_a_last_word_waits_for_room_on_a_line_that_is_full(monkeypatch):
     """An ESC keeps its last current: what stops the motors may not be what a full line drops, or cuts in two."""
     line = open_serial("adapter", "pty:")
-    port, wild = full(line)
+    port, _ = full(line)
     rig = Rig("motors")
     rig.limiter, rig.ports, rig.buses = Limiter(load_robot("m2006")), [port], [OutBus(port)]
-    rig.buses[0].put([wild])
-    closing, reader, heard = threading.Thread(target=rig.close), SlcanReader(), []
-    closing.start()
-    while (data := line.read()) or closing.is_alive():
-        heard += reader.feed(data)
+    rig.buses[0].put([WILD])
+    reader, heard = SlcanReader(), []
+
+    def while_it_waits(duration_ns):
+        heard.extend(reader.feed(line.read()))
+        wait_ns(duration_ns)
+
+    monkeypatch.setattr(serial_line, "wait_ns", while_it_waits)  # the other end reads while we wait, and only then
+    rig.close()
+    while data := line.read():
+        heard.extend(reader.feed(data))
     line.close()
     assert heard[-CLOSING_FRAMES:] == [NO_CURRENT] * CLOSING_FRAMES
-    assert set(heard[:-CLOSING_FRAMES]) == {wild}
+    assert set(heard[:-CLOSING_FRAMES]) == {WILD}
 
 
-def test_a_line_that_is_full_and_stays_so_holds_nobody_up_for_long():
+@pytest.mark.parametrize("length", [6, 7, 8])
+def test_a_frame_that_a_full_line_cuts_takes_no_other_with_it(length):
+    """An adapter takes a line for a frame as a whole. At these lengths the last one is cut in its middle."""
     line = open_serial("adapter", "pty:")
-    port, wild = full(line)
-    dropped = port.dropped_frames
-    while port.write([NO_CURRENT], within_s=0.02):  # a pty finds a little room once more
-        pass
-    assert port.dropped_frames == dropped + 1
-    reader, heard = SlcanReader(), []
-    while not port.write([NO_CURRENT]):  # there is room again, some time after it was read
-        heard += reader.feed(line.read())
-    while heard[-1:] != [NO_CURRENT]:
-        heard += reader.feed(line.read())
-    assert set(heard) == {wild, NO_CURRENT}, "half frames were ended before the next began"
+    port, _ = full(line, (0x200, bytes(length)))
+    heard, frame = b"", (0x100, b"")
+    while not port.write([frame]):  # there is room some time after it was read
+        heard += line.read()
+    deadline = time.monotonic() + 1.0
+    while not heard.endswith(encode(frame)) and time.monotonic() < deadline:
+        heard += line.read()
+    assert heard.endswith(b"\r" + encode(frame))
+    port.close()
+    line.close()
+
+
+def test_each_frame_that_a_full_line_drops_is_counted():
+    line = open_serial("adapter", "pty:")
+    port, sent = full(line)
+    assert not port.write([WILD] * 50, within_s=0.02)
+    reader, heard = SlcanReader(), 0
+    deadline = time.monotonic() + 1.0
+    while heard + port.dropped_frames < sent + 50 and time.monotonic() < deadline:
+        heard += len(reader.feed(line.read()))
+    assert heard + port.dropped_frames == sent + 50
     port.close()
     line.close()
 
