@@ -122,6 +122,13 @@ class Arena:
     discs: tuple[Disc, ...] = ()
     patches: tuple[Patch, ...] = ()
 
+    def clearance_m(self, x_m: float, y_m: float) -> float:
+        """How far it is from here to the nearest wall; negative in one, or outside."""
+        clear = min(self.length_m / 2.0 - abs(x_m), self.width_m / 2.0 - abs(y_m))
+        for wall in self.walls:
+            clear = min(clear, wall.obstacle.nearest(x_m, y_m)[0])
+        return clear
+
     def in_the_way(self, radius_m: float, pose: Pose) -> str:
         """Why a robot of this radius cannot begin here, or nothing."""
         x_m, y_m = pose.x_m, pose.y_m

@@ -1,4 +1,4 @@
-"""The robot that is not there: motors, wheels on a floor, and a disc in a walled field. pymunk lives only here.
+"""The robot that is not there: motors, wheels on a floor, and a body in a walled field.
 
 What enters: the current that each speed controller was told to drive, once a millisecond. What leaves: pose, twist,
 wheel angles and speeds, and the currents that really flow. CAN frames, rotor counts and filters are the ESC's business.
@@ -6,13 +6,13 @@ wheel angles and speeds, and the currents that really flow. CAN frames, rotor co
 A motor's current follows its command with a first-order lag, within the maximum current and within what the supply
 leaves above the back-EMF. The wheels have inertia of their own, so what a motor feels of its neighbours (reflected
 inertia off the diagonal included), a spinning wheel and a stalled one all come out of the same equations. `contact`
-solves the floor; the engine moves the body and takes its impacts. A wall that was touched in the last step is a row of
+solves the floor; `hull` moves the body and takes its impacts. A wall that was touched in the last step is a row of
 the floor's solve in this one (`walls`), so that a stalled robot stands still and its wheels with it.
 
-One step: motors, floor, force and torque set once, engine, state read once (the engine's properties cost more than its
-physics). The engine moves the body first and changes its velocity afterwards, so the velocity of this step is travelled
-in the next one. Hence two rules. Wheels turn by their old speed too, and the floor is solved at the heading that the
-body will have half way through that next move: what the wheels count is then what the body travels, in a bend as well.
+One step: motors, floor, and the hull with the force and torque of both. The hull moves the body first and changes its
+velocity afterwards, as its engine does, so the velocity of this step is travelled in the next one. Hence two rules.
+Wheels turn by their old speed too, and the floor is solved at the heading that the body will have half way through that
+next move: what the wheels count is then what the body travels, in a bend as well.
 
 Frame: field x, y in metres, heading counter-clockwise; the body's centre of gravity is the origin of its wheels. A wall
 pushes at the height of the centre of gravity: wheels that press against it lose load as they do when they accelerate.
@@ -20,40 +20,20 @@ pushes at the height of the centre of gravity: wheels that press against it lose
 
 from __future__ import annotations
 
-import atexit
 import math
-import weakref
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
 
-import pymunk
-
-from bench.arena import FIELD, ORIGIN, Arena, Disc, Obstacle
+from bench.arena import FIELD, ORIGIN, Arena, Obstacle
 from bench.config import Robot
 from bench.ground.contact import Contact
-from bench.ground.loads import GRAVITY_MPS2, lift_above, load_rows, tipping_part
+from bench.ground.loads import lift_above, load_rows, tipping_part
 from bench.ground.modes import WheelState
 from bench.ground.walls import WallRows
+from bench.hull import Hull
 from bench.messages import TICK_US, ZERO_TWIST, BodyTwist, Pose
 
 STEP_S = TICK_US / 1e6
-WALL_THICKNESS_M = 0.2
-"""Far more than a step at any speed of a robot, so that nothing tunnels."""
-COLLISION_SLOP_M = 1e-4
-"""Overlap that the engine leaves alone. Its own default of 0.1 is meant for pixels."""
-ROBOT, WALL = 1, 2
-"""Collision types."""
-COLLISION_BIAS = (1.0 - 0.3) ** 60
-"""Share of an overlap left after a second: an impact at 5 m/s ends 5 mm deep and is back in 0.1 s."""
-
-# The engine's properties without its attribute hooks: a fifth of what it takes to drive the engine.
-_set_force, _set_torque = pymunk.Body.force.fset, pymunk.Body.torque.fset  # type: ignore[attr-defined]
-_angle_of, _velocity_of = pymunk.Body.angle.fget, pymunk.Body.velocity.fget  # type: ignore[attr-defined]
-_angular_velocity_of = pymunk.Body.angular_velocity.fget  # type: ignore[attr-defined]
-
-EngineTouch: TypeAlias = tuple[pymunk.Shape, pymunk.Vec2d, float, pymunk.Vec2d, bool]
-"""A wall, the normal towards it, its friction against the body, what the engine pushed it with (N s), just hit."""
 
 
 class Plant:
@@ -65,11 +45,10 @@ class Plant:
     """
 
     __slots__ = (
-        "_acceleration", "_angle", "_axes", "_body", "_building", "_contact", "_current_limits", "_discs", "_feet",
-        "_floor", "_lift_above", "_load_rows", "_mass", "_omega", "_patches", "_pushed", "_rests_with", "_rolling",
-        "_space", "_step_engine", "_still", "_supply", "_torques", "_touches", "_velocity", "_walls",
-        "_wheel_inertia", "_yaw_inertia", "arena", "bad_currents", "currents_a", "wheel_angles_rad", "wheel_lift",
-        "wheel_speeds_radps",
+        "_acceleration", "_axes", "_contact", "_current_limits", "_feet", "_floor", "_hull", "_lift_above",
+        "_load_rows", "_mass", "_patches", "_pushed", "_rests_with", "_rolling", "_still", "_supply", "_torques",
+        "_walls", "_wheel_inertia", "_yaw_inertia", "arena", "bad_currents", "currents_a", "wheel_angles_rad",
+        "wheel_lift", "wheel_speeds_radps",
     )  # fmt: skip
 
     def __init__(
@@ -107,42 +86,12 @@ class Plant:
         self.wheel_lift = False
         """A wheel would have left the floor: load moves only as far as to tipping, and the motion is a guess."""
 
-        self._space = pymunk.Space()
-        _SPACES.add(self._space)
-        self._building = pymunk.Body(body_type=pymunk.Body.STATIC)  # what walls are part of, and discs rub on
-        self._step_engine = self._space.step
-        self._space.gravity = (0.0, 0.0)
-        self._space.damping = 1.0
-        self._space.collision_slop = COLLISION_SLOP_M
-        self._space.collision_bias = COLLISION_BIAS
-        self._body = pymunk.Body(body.mass_kg, body.inertia_kgm2)
-        cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
-        self._body.position = (pose.x_m, pose.y_m)
-        self._body.angle = pose.heading_rad
-        self._body.velocity = (cos * twist.vx_mps - sin * twist.vy_mps, sin * twist.vx_mps + cos * twist.vy_mps)
-        self._body.angular_velocity = twist.omega_radps
-        disc = pymunk.Circle(self._body, body.radius_m)
-        disc.friction = disc.elasticity = 1.0  # the engine multiplies both with the wall's
-        disc.collision_type = ROBOT
-        self._space.add(self._body, disc, self._building)
+        self._hull = Hull(body, arena, pose, twist)
         self._walls = WallRows(body.mass_kg, body.inertia_kgm2, body.radius_m)
-        self._touches: list[EngineTouch] = []
-        self._space.on_collision(ROBOT, WALL, post_solve=_note_touch, data=self._touches)
-        if not all(map(math.isfinite, (*pose, *twist))):
-            raise ValueError(f"a robot cannot start at {pose} with {twist}")
         self.arena = arena
-        self._discs: list[tuple[pymunk.Body, float]] = []
         self._patches = [(each, _floor(each.grip, each.rolling)) for each in arena.patches] if arena is not None else []
         self._feet = [(wheel.x_m, wheel.y_m) for wheel in robot.wheels] if self._patches else []
-        if arena is not None:
-            why = arena.in_the_way(body.radius_m, pose)
-            if why:
-                raise ValueError(why)
-            self._build(arena)
-        self._axes = (cos, sin)
-        self._angle = self._body.angle
-        self._velocity = self._body.velocity
-        self._omega = self._body.angular_velocity
+        self._axes = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
 
     def step(self, currents_a: Sequence[float]) -> None:
         """Advance 1 ms with these commanded currents, A; beyond the motor's maximum they are cut, no number is 0 A."""
@@ -151,10 +100,11 @@ class Plant:
         if self._rests_with is not None and currents_a == self._rests_with:
             return  # as the last step left everything, so would this one
         self._rests_with = None
-        omega = self._omega
-        heading = self._angle + 1.5 * STEP_S * omega
+        hull = self._hull
+        omega = hull.omega_radps
+        heading = hull.angle_rad + 1.5 * STEP_S * omega
         self._axes = cos, sin = math.cos(heading), math.sin(heading)
-        vx_field, vy_field = self._velocity
+        vx_field, vy_field = hull.vx_mps, hull.vy_mps
         vx = cos * vx_field + sin * vy_field
         vy = cos * vy_field - sin * vx_field
 
@@ -187,7 +137,7 @@ class Plant:
         contact = self._contact
         if self._feet:
             contact.stand_on(self._floors())
-        walls = self._lean(cos, sin) if self._touches else None
+        walls = self._lean(cos, sin) if hull.touches else None
         pushed = self._pushed
         if pushed is not None:
             push_x, push_y = (cos * pushed[0] + sin * pushed[1]), (cos * pushed[1] - sin * pushed[0])
@@ -200,14 +150,9 @@ class Plant:
         if pushed is not None:  # at the height of the centre of gravity: it moves no load
             ax, ay = ax + push_x / self._mass, ay + push_y / self._mass
             self._pushed = None
-        body = self._body
         mass = self._mass
-        _set_force(body, (mass * (cos * ax - sin * ay), mass * (sin * ax + cos * ay)))
-        _set_torque(body, self._yaw_inertia * (new_omega - omega) / STEP_S)
-        self._step_engine(STEP_S)
-        self._angle = _angle_of(body)
-        self._velocity = _velocity_of(body)
-        self._omega = _angular_velocity_of(body)
+        turning = self._yaw_inertia * (new_omega - omega) / STEP_S
+        hull.move(mass * (cos * ax - sin * ay), mass * (sin * ax + cos * ay), turning, STEP_S)
         if not (new_vx or new_vy or new_omega) and currents == currents_before:
             self._look_for_rest(currents_a, wheels)
         else:
@@ -228,23 +173,23 @@ class Plant:
     @property
     def pose(self) -> Pose:
         """Where the body is, in the field."""
-        x, y = self._body.position  # not read every step: the step has no use for it
-        heading = math.remainder(self._angle, math.tau)
+        x, y = self._hull.position_m
+        heading = math.remainder(self._hull.angle_rad, math.tau)
         return Pose(x, y, heading if heading > -math.pi else math.pi)
 
     @property
     def twist(self) -> BodyTwist:
         """How the body moves, in its own frame."""
-        cos, sin = math.cos(self._angle), math.sin(self._angle)
-        vx, vy = self._velocity
-        return BodyTwist(cos * vx + sin * vy, cos * vy - sin * vx, self._omega)
+        hull = self._hull
+        cos, sin, vx, vy = math.cos(hull.angle_rad), math.sin(hull.angle_rad), hull.vx_mps, hull.vy_mps
+        return BodyTwist(cos * vx + sin * vy, cos * vy - sin * vx, hull.omega_radps)
 
     @property
     def slip_mps(self) -> list[float]:
         """How fast each contact slides along its roller axis: body over floor minus what the wheel rolls."""
-        cos, sin = self._axes
-        vx, vy = self._velocity
-        return self._contact.slips_mps(cos * vx + sin * vy, cos * vy - sin * vx, self._omega)
+        (cos, sin), hull = self._axes, self._hull
+        vx, vy = hull.vx_mps, hull.vy_mps
+        return self._contact.slips_mps(cos * vx + sin * vy, cos * vy - sin * vx, hull.omega_radps)
 
     @property
     def contact_forces_n(self) -> list[tuple[float, float]]:
@@ -256,10 +201,10 @@ class Plant:
         """What the walls that touch the body did to it in the last step, in the field's frame."""
         cos, sin = self._axes
         x = y = 0.0
-        for _, _, _, impulse, _ in self._touches:
+        for _, _, _, impulse, _ in self._hull.touches:
             x += impulse.x
             y += impulse.y
-        if not all(is_first for *_, is_first in self._touches):
+        if not all(is_first for *_, is_first in self._hull.touches):
             push_x, push_y, _ = self._walls.push_ns()
             x += cos * push_x - sin * push_y
             y += sin * push_x + cos * push_y
@@ -268,16 +213,12 @@ class Plant:
     @property
     def discs(self) -> list[Obstacle]:
         """Where the arena's discs are now, in its order."""
-        places = ((*body.position, radius) for body, radius in self._discs)
-        return [Obstacle(x, y, x, y, radius) for x, y, radius in places]
+        return self._hull.discs
 
     @property
     def is_free(self) -> bool:
-        """Whether the engine has no contact alive and no disc moves: it remembers no more than its bodies then."""
-        alive: list[pymunk.Arbiter] = []
-        for body in (self._body, *(body for body, _ in self._discs)):
-            body.each_arbiter(alive.append)
-        return not alive and not any(any(body.velocity) or body.angular_velocity for body, _ in self._discs)
+        """Whether the engine remembers no more than where bodies are and how they move."""
+        return self._hull.is_free
 
     @property
     def wheel_loads_n(self) -> list[float]:
@@ -293,8 +234,9 @@ class Plant:
         nothing to push against and no disc that may still slide. One tick in seven of the demo is such a one, and
         then costs next to nothing.
         """
-        is_still = not (any(self._velocity) or self._omega or any(self.wheel_speeds_radps) or any(self._acceleration))
-        if not is_still or self._touches or self._discs or self._contact.sweeps:
+        hull = self._hull
+        moves = hull.vx_mps or hull.vy_mps or hull.omega_radps or any(self.wheel_speeds_radps)
+        if moves or any(self._acceleration) or hull.touches or hull.discs or self._contact.sweeps:
             self._still = None
         elif self._still == wheels:
             self._rests_with = list(currents_a)
@@ -303,8 +245,8 @@ class Plant:
 
     def _floors(self) -> list[tuple[float, float]]:
         """Grip and rolling loss under each wheel."""
-        x, y = self._body.position
-        cos, sin = math.cos(self._angle), math.sin(self._angle)
+        x, y = self._hull.position_m
+        cos, sin = math.cos(self._hull.angle_rad), math.sin(self._hull.angle_rad)
         floors = []
         for wheel_x, wheel_y in self._feet:
             at_x, at_y = x + cos * wheel_x - sin * wheel_y, y + sin * wheel_x + cos * wheel_y
@@ -321,10 +263,10 @@ class Plant:
         walls.touch(
             [
                 (wall, -cos * normal.x - sin * normal.y, sin * normal.x - cos * normal.y, friction)
-                for wall, normal, friction, _, _ in self._touches
+                for wall, normal, friction, _, _ in self._hull.touches
             ]
         )
-        self._touches.clear()
+        self._hull.touches.clear()
         return walls
 
     def _by_the_floor(self, walls: WallRows, ax: float, ay: float) -> tuple[float, float]:
@@ -351,61 +293,7 @@ class Plant:
         supply, back_emf, resistance = self._supply
         return max((-supply - back_emf * speed) / resistance, min(current, (supply - back_emf * speed) / resistance))
 
-    def _build(self, arena: Arena) -> None:
-        """Walls and discs, as the engine wants them."""
-        thick = WALL_THICKNESS_M / 2.0
-        far_x, far_y = arena.length_m / 2.0 + thick, arena.width_m / 2.0 + thick  # the inner face is the field's end
-        corners = ((-far_x, -far_y), (far_x, -far_y), (far_x, far_y), (-far_x, far_y))
-        for start, end in zip(corners, (*corners[1:], corners[0]), strict=True):
-            self._add_wall(arena, Obstacle(*start, *end, thick))
-        for wall in arena.walls:
-            self._add_wall(arena, wall.obstacle)
-        for disc in arena.discs:
-            self._add_disc(arena, disc)
-
-    def _add_wall(self, arena: Arena, shape: Obstacle) -> None:
-        x1, y1, x2, y2, radius = shape
-        wall = pymunk.Segment(self._building, (x1, y1), (x2, y2), radius)
-        wall.friction, wall.elasticity = arena.friction, arena.restitution
-        wall.collision_type = WALL
-        self._space.add(wall)
-
-    def _add_disc(self, arena: Arena, disc: Disc) -> None:
-        """A body that rubs on the floor: two joints to it that hold with no more than friction."""
-        space = self._space
-        body = pymunk.Body(disc.mass_kg, pymunk.moment_for_circle(disc.mass_kg, 0.0, disc.radius_m))
-        body.position = disc.x_m, disc.y_m
-        shape = pymunk.Circle(body, disc.radius_m)
-        shape.friction, shape.elasticity = arena.friction, arena.restitution
-        slides = pymunk.PivotJoint(self._building, body, (disc.x_m, disc.y_m), (0.0, 0.0))
-        slides.max_force = disc.friction * disc.mass_kg * GRAVITY_MPS2
-        turns = pymunk.GearJoint(self._building, body, 0.0, 1.0)
-        turns.max_force = 2.0 / 3.0 * disc.radius_m * slides.max_force  # a disc that lies flat
-        for joint in (slides, turns):
-            joint.max_bias = 0.0  # it brakes; it does not pull back to where the disc began
-        space.add(body, shape, slides, turns)
-        self._discs.append((body, disc.radius_m))
-
-
-_SPACES: weakref.WeakSet[pymunk.Space] = weakref.WeakSet()
-
-
-@atexit.register
-def _empty_the_spaces() -> None:
-    """Who still holds a plant when Python ends (a failed test's traceback does) would have it freed when the engine's
-    callbacks are gone, and each body and shape in it says so on stderr.
-    """
-    for space in _SPACES:
-        space.remove(*space.constraints, *space.shapes, *space.bodies)
-
 
 def _floor(grip: float, rolling: float) -> tuple[float, float]:
     """Grip and rolling loss: a roller that is harder to turn than to drag slides, and then the floor takes its grip."""
     return grip, min(rolling, grip)
-
-
-def _note_touch(arbiter: pymunk.Arbiter, space: pymunk.Space, touches: list[EngineTouch]) -> None:
-    """The engine has resolved a contact of robot and wall."""
-    touches.append(
-        (arbiter.shapes[1], arbiter.normal, arbiter.friction, arbiter.total_impulse, arbiter.is_first_contact)
-    )

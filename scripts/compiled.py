@@ -28,7 +28,7 @@ from bench.errors import SurroundingsError
 ROOT = Path(__file__).parents[1]
 CORE = (
     *("ground/" + name for name in ("contact", "linear", "loads", "modes", "sweeps", "walls")),
-    *("base", "controller", "dm3519", "drive", "kinematics", "link", "loop", "m2006", "messages", "motors"),
+    *("base", "controller", "dm3519", "drive", "hull", "kinematics", "link", "loop", "m2006", "messages", "motors"),
     *("odometry", "plant", "unwrap", "wiring", "world"),
     *("canbus/" + name for name in ("__init__", "bits", "c610", "dm3519", "instruments", "table", "watch")),
 )

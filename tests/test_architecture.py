@@ -16,7 +16,7 @@ ONLY_IN = {
     "evdev": ("io/gamepad.py",),
     "textual": ("tui.py", "screen/"),
     "rich": ("tui.py", "screen/"),
-    "pymunk": ("plant.py",),
+    "pymunk": ("hull.py",),
     "serial": ("io/ports.py", "io/kinds/serial_device.py", "io/surroundings.py"),
     "can": ("io/ports.py", "io/kinds/bus_port.py", "io/timed_can.py", "cli/canlog.py"),
     "time": ("io/clock.py",),
@@ -69,7 +69,8 @@ BUILDS_ON = {
     "arena.py": FOUNDATION,
     "timed/": FOUNDATION | {"bench.timed", "bench.canbus", "bench.rc.line"},
     "noise.py": FOUNDATION,
-    "plant.py": FOUNDATION | {"bench.arena", "bench.ground", "bench.kinematics"},
+    "hull.py": FOUNDATION | {"bench.arena", "bench.ground.loads"},
+    "plant.py": FOUNDATION | {"bench.arena", "bench.ground", "bench.hull", "bench.kinematics"},
 }
 
 
