@@ -18,10 +18,10 @@ PUT = """
 """
 
 
-def sent(folder, source, ticks):
+def sent(folder, source, ticks, toml=""):
     """(tick, what) of every put of a firmware, which compiles without a word."""
     (folder / "fw.c").write_text(textwrap.dedent(PUT + source))
-    (folder / "fw.toml").write_text('schema = 1\nname = "fw"\nsources = ["fw.c"]\n')
+    (folder / "fw.toml").write_text('schema = 1\nname = "fw"\nsources = ["fw.c"]\n' + toml)
     assert build(load_project(folder / "fw.toml")).warnings == ""
     base = firmware_of(folder / "fw.toml")()
     return [(tick, frame[0] - 0x100) for tick in range(ticks) for frame in base.step(tick, b"", b"", ())[0]]
@@ -213,3 +213,109 @@ def test_bits_serve_all_who_wait_for_them_and_are_then_cleared(tmp_path, clear, 
     """
     told = sent(tmp_path, source.replace("CLEAR", clear), 4)
     assert told == [(1, 0x6F), (2, 0x62), (2, 0x63), (2, second)]
+
+
+def test_who_has_a_mutex_waits_for_itself_unless_it_is_a_recursive_one(tmp_path):
+    """CMSIS-RTOS: not recursive unless its attributes say so. On the chip such a task stands still for ever."""
+    source = """
+    static osMutexDef(old);
+    static void run(void *unused) {
+        const osMutexAttr_t recursive = {.attr_bits = osMutexRecursive | osMutexPrioInherit};
+        osMutexId_t plain = osMutexNew(NULL), again = osMutexNew(&recursive);
+        osMutexId first = osMutexCreate(osMutex(old));
+        if (osMutexAcquire(plain, 0) == osOK && osMutexAcquire(plain, 2) == osErrorTimeout) put(1);
+        if (osMutexRelease(plain) == osOK && osMutexAcquire(plain, 0) == osOK) put(2);
+        if (osMutexAcquire(again, 0) == osOK && osMutexAcquire(again, 0) == osOK) put(3);
+        if (osMutexRelease(again) == osOK && osMutexRelease(again) == osOK && osMutexRelease(again) != osOK) put(4);
+        if (osMutexWait(first, 0) == osOK && osMutexWait(first, 1) == osErrorOS) put(5);
+        osThreadExit();
+    }
+    int main(void) {
+        osThreadNew(run, NULL, NULL);
+        osKernelStart();
+    }
+    """
+    assert sent(tmp_path, source, 5) == [(2, 1), (2, 2), (2, 3), (2, 4), (3, 5)]
+
+
+def test_a_queue_that_is_overwritten_or_emptied_lets_who_waits_for_it_go_on_at_once(tmp_path):
+    source = """
+    static QueueHandle_t mail, full;
+    static void reads(void *unused) {
+        for (uint8_t item;;)
+            if (xQueueReceive(mail, &item, portMAX_DELAY)) put(item);
+    }
+    static void writes(void *unused) {
+        uint8_t item = 0;
+        xQueueSend(full, &item, portMAX_DELAY);
+        xQueueSend(full, &item, portMAX_DELAY);
+        put(0x20);
+        vTaskDelete(NULL);
+    }
+    static void low(void *unused) {
+        uint8_t item = 5;
+        vTaskDelay(2);
+        xQueueOverwrite(mail, &item);
+        put(0x10);
+        xQueueReset(full);
+        put(0x11);
+        vTaskDelete(NULL);
+    }
+    int main(void) {
+        mail = xQueueCreate(1, 1);
+        full = xQueueCreate(1, 1);
+        xTaskCreate(reads, "reads", 128, NULL, 2, NULL);
+        xTaskCreate(writes, "writes", 128, NULL, 2, NULL);
+        xTaskCreate(low, "low", 128, NULL, 1, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert sent(tmp_path, source, 4) == [(2, 5), (2, 0x10), (2, 0x20), (2, 0x11)]
+
+
+INTERRUPTED = """
+    #include "stm32f4xx_hal.h"
+    extern TIM_HandleTypeDef htim6;
+    static osMessageQueueId_t queue;
+    static osSemaphoreId_t token;
+    static osMutexId_t mutex;
+    static uint32_t item;
+    void HAL_TIM_PeriodElapsedCallback(TIM_HandleTypeDef *timer) {
+        CALLS
+    }
+    static void hears(void *unused) {
+        for (;;)
+            if (osSemaphoreAcquire(token, osWaitForever) == osOK) put(0x50);
+    }
+    int main(void) {
+        queue = osMessageQueueNew(1, sizeof item, NULL);
+        token = osSemaphoreNew(1, 0, NULL);
+        mutex = osMutexNew(NULL);
+        osThreadNew(hears, NULL, NULL);
+        HAL_TIM_Base_Start_IT(&htim6);
+        osKernelStart();
+    }
+"""
+
+
+@pytest.mark.parametrize(
+    ("calls", "told"),
+    [
+        # CMSIS-RTOS2: from an interrupt with no limit of time, or osErrorParameter; a mutex never.
+        ("put(osMessageQueuePut(queue, &item, 0, osWaitForever) == osErrorParameter);", [(2, 1), (4, 1)]),
+        ("put(osMessageQueueGet(queue, &item, NULL, 5) == osErrorParameter);", [(2, 1), (4, 1)]),
+        ("put(osMessageQueuePut(queue, &item, 0, 0) == osOK);", [(2, 1), (4, 0)]),
+        ("put(osSemaphoreAcquire(token, 1) == osErrorParameter);", [(2, 1), (4, 1)]),
+        ("put(osMutexAcquire(mutex, 0) == osErrorISR);", [(2, 1), (4, 1)]),
+        # Version 1 has no limit there: what cannot be had at once is refused.
+        ("put(osMessagePut(queue, 5, osWaitForever) == osOK);", [(2, 1), (4, 0)]),
+        ("put(osMessageGet(queue, osWaitForever).status == osOK);", [(2, 1), (4, 1)]),
+        ("put(osSemaphoreWait(token, osWaitForever) == osErrorOS);", [(2, 1), (4, 1)]),
+        ("put(osMutexWait(mutex, osWaitForever) == osOK);", [(2, 1), (4, 0)]),
+        # A task that is woken there runs behind the interrupt.
+        ("osSemaphoreRelease(token); portYIELD(); put(2);", [(2, 2), (2, 0x50), (4, 2), (4, 0x50)]),
+    ],
+)
+def test_in_an_interrupt_nothing_waits(tmp_path, calls, told):
+    timer = '[[timer]]\nhandle = "htim6"\nperiod_ms = 2\n'
+    assert sent(tmp_path, INTERRUPTED.replace("CALLS", calls), 5, timer) == told

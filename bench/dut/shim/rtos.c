@@ -15,13 +15,6 @@
 
 enum { STACK = 256 * 1024, GUARD = 4096 };
 
-struct wb_queue {
-    UBaseType_t length, item_size, first, count;
-    uint8_t *items;
-    struct wb_task *owner; /* of a recursive mutex, and how often it has it */
-    int depth;
-};
-
 struct wb_task *wb_tasks[WB_MOST_TASKS];
 int wb_task_count;
 static int last_run;
@@ -233,7 +226,7 @@ TaskHandle_t xTaskGetCurrentTaskHandle(void) {
 }
 
 void taskYIELD(void) {
-    if (current)
+    if (current && !wb_in_interrupt) /* behind an interrupt the scheduler looks in any case */
         reschedule();
 }
 
@@ -405,9 +398,10 @@ BaseType_t xQueueSendFromISR(QueueHandle_t queue, const void *item, BaseType_t *
 }
 
 BaseType_t xQueueOverwrite(QueueHandle_t queue, const void *item) {
-    queue->count = 0;
-    queue->first = 0;
-    return put(queue, item);
+    queue->count = queue->first = 0;
+    put(queue, item);
+    wb_rtos_preempt();
+    return pdPASS;
 }
 
 static BaseType_t receive(QueueHandle_t queue, void *item, TickType_t ticks, int keep) {
@@ -440,6 +434,8 @@ BaseType_t xQueueReceiveFromISR(QueueHandle_t queue, void *item, BaseType_t *wan
 
 BaseType_t xQueueReset(QueueHandle_t queue) {
     queue->count = queue->first = 0;
+    wb_rtos_wake(&queue->length);
+    wb_rtos_preempt();
     return pdPASS;
 }
 

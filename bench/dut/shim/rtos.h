@@ -15,6 +15,14 @@ struct wb_group {
     EventBits_t bits;
 };
 
+struct wb_queue {
+    UBaseType_t length, item_size, first, count;
+    uint8_t *items;
+    int is_recursive; /* a mutex of CMSIS-RTOS that asks for it */
+    struct wb_task *owner; /* of a recursive mutex, and how often it has it */
+    int depth;
+};
+
 struct wb_task {
     ucontext_t context;
     TaskFunction_t function;

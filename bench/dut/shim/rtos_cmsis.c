@@ -8,6 +8,15 @@ static osStatus_t told(BaseType_t done, uint32_t ticks) {
     return done ? osOK : ticks ? osErrorTimeout : osErrorResource;
 }
 
+/* In an interrupt version 2 refuses a limit of time, even where nothing has to be waited for; version 1 heeds none. */
+static int is_refused(uint32_t ticks) {
+    return wb_in_interrupt && ticks;
+}
+
+static uint32_t heeded(uint32_t ticks) {
+    return wb_in_interrupt ? 0 : ticks;
+}
+
 /* --- kernel and threads ------------------------------------------------------------------------------------------- */
 
 osStatus_t osKernelInitialize(void) {
@@ -143,8 +152,10 @@ osEvent osSignalWait(int32_t signals, uint32_t ticks) {
 /* --- mutexes and semaphores --------------------------------------------------------------------------------------- */
 
 osMutexId_t osMutexNew(const osMutexAttr_t *attributes) {
-    (void)attributes;
-    return xSemaphoreCreateRecursiveMutex(); /* who has it may have it again, whether its attributes ask for that or not */
+    SemaphoreHandle_t mutex = xSemaphoreCreateMutex();
+    if (mutex)
+        mutex->is_recursive = attributes && (attributes->attr_bits & osMutexRecursive);
+    return mutex;
 }
 
 osMutexId osMutexCreate(const osMutexDef_t *definition) {
@@ -152,16 +163,20 @@ osMutexId osMutexCreate(const osMutexDef_t *definition) {
     return osMutexNew(NULL);
 }
 
-osStatus_t osMutexAcquire(osMutexId_t mutex, uint32_t ticks) {
-    return told(xSemaphoreTakeRecursive(mutex, ticks), ticks);
+osStatus_t osMutexAcquire(osMutexId_t given, uint32_t ticks) {
+    SemaphoreHandle_t mutex = given;
+    if (wb_in_interrupt)
+        return osErrorISR;
+    return told(mutex->is_recursive ? xSemaphoreTakeRecursive(mutex, ticks) : xSemaphoreTake(mutex, ticks), ticks);
 }
 
 osStatus osMutexWait(osMutexId mutex, uint32_t ticks) {
-    return osMutexAcquire(mutex, ticks) == osOK ? osOK : osErrorOS;
+    return xSemaphoreTake(mutex, heeded(ticks)) ? osOK : osErrorOS;
 }
 
-osStatus_t osMutexRelease(osMutexId_t mutex) {
-    return told(xSemaphoreGiveRecursive(mutex), 0);
+osStatus_t osMutexRelease(osMutexId_t given) {
+    SemaphoreHandle_t mutex = given;
+    return told(mutex->is_recursive ? xSemaphoreGiveRecursive(mutex) : xSemaphoreGive(mutex), 0);
 }
 
 osSemaphoreId_t osSemaphoreNew(uint32_t most, uint32_t first, const osSemaphoreAttr_t *attributes) {
@@ -175,11 +190,11 @@ osSemaphoreId osSemaphoreCreate(const osSemaphoreDef_t *definition, int32_t coun
 }
 
 osStatus_t osSemaphoreAcquire(osSemaphoreId_t semaphore, uint32_t ticks) {
-    return told(xSemaphoreTake(semaphore, ticks), ticks);
+    return is_refused(ticks) ? osErrorParameter : told(xSemaphoreTake(semaphore, ticks), ticks);
 }
 
 int32_t osSemaphoreWait(osSemaphoreId semaphore, uint32_t ticks) {
-    return osSemaphoreAcquire(semaphore, ticks) == osOK ? osOK : osErrorOS;
+    return xSemaphoreTake(semaphore, heeded(ticks)) ? osOK : osErrorOS;
 }
 
 osStatus_t osSemaphoreRelease(osSemaphoreId_t semaphore) {
@@ -204,23 +219,23 @@ osMessageQId osMessageCreate(const osMessageQDef_t *definition, osThreadId threa
 
 osStatus_t osMessageQueuePut(osMessageQueueId_t queue, const void *item, uint8_t priority, uint32_t ticks) {
     (void)priority; /* FreeRTOS leaves it out too */
-    return told(xQueueSend(queue, item, ticks), ticks);
+    return is_refused(ticks) ? osErrorParameter : told(xQueueSend(queue, item, ticks), ticks);
 }
 
 osStatus osMessagePut(osMessageQId queue, uint32_t what, uint32_t ticks) {
-    return osMessageQueuePut(queue, &what, 0, ticks) == osOK ? osOK : osErrorOS;
+    return xQueueSend(queue, &what, heeded(ticks)) ? osOK : osErrorOS;
 }
 
 osStatus_t osMessageQueueGet(osMessageQueueId_t queue, void *item, uint8_t *priority, uint32_t ticks) {
     if (priority)
         *priority = 0;
-    return told(xQueueReceive(queue, item, ticks), ticks);
+    return is_refused(ticks) ? osErrorParameter : told(xQueueReceive(queue, item, ticks), ticks);
 }
 
 osEvent osMessageGet(osMessageQId queue, uint32_t ticks) {
-    osEvent event = {.status = ticks ? osEventTimeout : osOK};
+    osEvent event = {.status = heeded(ticks) ? osEventTimeout : osOK};
     uint32_t what = 0;
-    if (osMessageQueueGet(queue, &what, NULL, ticks) == osOK) {
+    if (xQueueReceive(queue, &what, heeded(ticks))) {
         event.status = osEventMessage;
         event.value.v = what;
     }
@@ -257,7 +272,7 @@ osTimerId_t osTimerNew(osTimerFunc_t call, osTimerType_t type, void *given, cons
     self->call = call;
     self->given = given;
     self->timer = xTimerCreate("", 1, type == osTimerPeriodic, self, call_of);
-    return self;
+    return self->timer ? self : NULL;
 }
 
 osTimerId osTimerCreate(const osTimerDef_t *definition, osTimerType_t type, void *given) {
