@@ -259,6 +259,23 @@ def test_what_a_generator_sets_up_on_any_family_compiles_without_a_word(tmp_path
     assert not build(project).is_new
 
 
+def test_handles_of_any_number_are_wires(tmp_path):
+    source = """
+        #include "stm32g0xx_hal.h"
+        extern UART_HandleTypeDef huart9;
+        UART_HandleTypeDef huart4;
+        int main(void) {
+            huart4.Instance = USART4;                                      /* a USART on a G0, a UART on an F4 */
+            for (;;) __WFI();
+            return huart4.Instance == UART4 && huart9.Instance == UART9;
+        }
+        """
+    toml = '[wires]\nrc = "huart9"\nslamware = "huart"\nfdcan = "hfdcan"\n' + "".join(
+        f'[[timer]]\nhandle = "{handle}"\n' for handle in ("htim", "htim20", "htim24")
+    )
+    assert build(load_project(made(tmp_path, source, toml))).warnings == ""
+
+
 HALVES = """
     #include "stm32f4xx_hal.h"
     extern UART_HandleTypeDef huart1;
@@ -324,6 +341,33 @@ def test_what_a_first_build_stumbles_over_is_told_with_what_to_try(tmp_path, cap
     assert status == 2
     assert says in error
     assert "warning" not in error, "the errors alone"
+
+
+def test_what_is_sent_by_dma_is_sent_when_its_callback_says_so_and_not_before(tmp_path):
+    """The STM32 HAL: HAL_BUSY while it goes on. A console is a UART like any other."""
+    source = """
+        #include "stm32f4xx_hal.h"
+        UART_HandleTypeDef huart3;
+        static volatile int sent;
+        void HAL_UART_TxCpltCallback(UART_HandleTypeDef *uart) {
+            sent += uart == &huart3;
+            if (sent == 1) HAL_UART_Transmit_DMA(&huart3, (const uint8_t *)"c", 1);
+        }
+        int main(void) {
+            HAL_UART_Transmit_DMA(&huart3, (const uint8_t *)"a", 1);
+            if (HAL_UART_Transmit_IT(&huart3, (const uint8_t *)"-", 1) != HAL_BUSY) return 1;
+            if (HAL_UART_Transmit(&huart3, (const uint8_t *)"-", 1, 10) != HAL_BUSY) return 2;
+            while (sent < 2) {}
+            if (HAL_UART_Transmit(&huart3, (const uint8_t *)"d", 1, 10) != HAL_OK) return 3;
+            for (;;) __WFI();
+        }
+        """
+    base = firmware_of(made(tmp_path, source))()
+    printed = []
+    for tick in range(4):
+        base.step(tick, b"", b"", ())
+        printed.append(base.output())
+    assert printed == ["a", "ac", "acd", "acd"]
 
 
 def test_what_goes_out_by_usb_is_printed(tmp_path, capsys):

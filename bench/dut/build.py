@@ -118,17 +118,9 @@ def _called(name: str) -> str:
 
 def _instance(handle: str) -> str:
     """huart3 is on USART3, as every generator of such code has it."""
-    found = re.fullmatch(r"h(uart|can|fdcan|tim)(\d*)", handle)
-    if found is None:
+    if not re.fullmatch(r"h(uart|fdcan|tim)\d+|hcan\d*", handle):
         return ""
-    kind, number = found.groups()
-    known = {
-        "uart": "UART" if number in ("4", "5", "7", "8") else "USART",
-        "can": "CAN",
-        "fdcan": "FDCAN",
-        "tim": "TIM",
-    }
-    return f" = {{.Instance = {known[kind]}{number}}}"
+    return f" = {{.Instance = {handle[1:].upper().replace('UART', 'USART')}}}"
 
 
 # --- the compiler -----------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@
 __IO uint32_t uwTick;
 uint32_t SystemCoreClock = 168000000;
 GPIO_TypeDef wb_gpio[8];
-TIM_TypeDef wb_tim[18];
+TIM_TypeDef wb_tim[25];
 CoreDebug_Type wb_core_debug;
 
 static uint32_t primask;
@@ -196,5 +196,6 @@ void wb_hal_interrupts(const struct wb_input *input) {
     wb_can_interrupts(input);
     wb_uart_interrupts(WB_RC, input);
     wb_uart_interrupts(WB_SLAMWARE, input);
+    wb_uart_sent_interrupts();
     timer_interrupts();
 }

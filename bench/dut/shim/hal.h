@@ -17,6 +17,7 @@ extern const uint32_t wb_hal_fifo; /* that the filters lead to */
 extern const struct wb_hal_timer wb_hal_timers[]; /* ends with NULL */
 
 void wb_uart_interrupts(int wire, const struct wb_input *input);
+void wb_uart_sent_interrupts(void);
 void wb_can_interrupts(const struct wb_input *input);
 
 #define OPTIONAL __attribute__((weak))

@@ -4,11 +4,15 @@
 #include "core.h"
 #include "hal.h"
 
-enum { NO_UART = -1 };
+#include <string.h>
+
+enum { NO_UART = -1, MOST_UARTS = 32 };
 
 USART_TypeDef wb_usart[12];
 
 static int heard[WB_UARTS]; /* bytes since the line was idle */
+static UART_HandleTypeDef *sending[MOST_UARTS]; /* by interrupt or DMA, in this millisecond; a console too */
+static int sending_count;
 
 /* The firmware's own, where it has them. */
 void OPTIONAL HAL_UART_RxCpltCallback(UART_HandleTypeDef *uart);
@@ -50,6 +54,8 @@ HAL_StatusTypeDef HAL_UART_Transmit(UART_HandleTypeDef *uart, const uint8_t *dat
     UNUSED(timeout);
     if (!data || !size)
         return HAL_ERROR;
+    if (uart->wb_sent)
+        return HAL_BUSY;
     send(uart, data, size);
     return HAL_OK;
 }
@@ -57,9 +63,10 @@ HAL_StatusTypeDef HAL_UART_Transmit(UART_HandleTypeDef *uart, const uint8_t *dat
 HAL_StatusTypeDef HAL_UART_Transmit_IT(UART_HandleTypeDef *uart, const uint8_t *data, uint16_t size) {
     if (!data || !size)
         return HAL_ERROR;
-    if (uart->wb_sent)
+    if (uart->wb_sent || sending_count == MOST_UARTS)
         return HAL_BUSY;
     send(uart, data, size);
+    sending[sending_count++] = uart;
     uart->wb_sent = 1;
     uart->gState = HAL_UART_STATE_BUSY_TX;
     return HAL_OK;
@@ -214,9 +221,16 @@ void wb_uart_interrupts(int wire, const struct wb_input *input) {
         if (uart && uart->RxState == HAL_UART_STATE_BUSY_RX && uart->wb_to_idle && uart->RxXferCount != uart->RxXferSize)
             tell(uart, HAL_UART_RXEVENT_IDLE);
     }
-    if (uart && uart->wb_sent) {
-        uart->wb_sent = 0;
-        uart->gState = HAL_UART_STATE_READY;
-        WB_CALL(uart->TxCpltCallback, HAL_UART_TxCpltCallback, uart);
+}
+
+void wb_uart_sent_interrupts(void) {
+    UART_HandleTypeDef *sent[MOST_UARTS];
+    int count = sending_count;
+    memcpy(sent, sending, sizeof sent);
+    sending_count = 0; /* a callback may send again */
+    for (int i = 0; i < count; i++) {
+        sent[i]->wb_sent = 0;
+        sent[i]->gState = HAL_UART_STATE_READY;
+        WB_CALL(sent[i]->TxCpltCallback, HAL_UART_TxCpltCallback, sent[i]);
     }
 }

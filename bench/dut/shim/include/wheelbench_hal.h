@@ -195,17 +195,23 @@ typedef struct {
     uint32_t number;
 } USART_TypeDef, UART_TypeDef;
 extern USART_TypeDef wb_usart[12];
-#define LPUART1 (&wb_usart[11])
-#define USART10 (&wb_usart[10])
-#define UART9 (&wb_usart[9])
 #define USART1 (&wb_usart[1])
 #define USART2 (&wb_usart[2])
 #define USART3 (&wb_usart[3])
-#define UART4 (&wb_usart[4])
-#define UART5 (&wb_usart[5])
+#define USART4 (&wb_usart[4])
+#define USART5 (&wb_usart[5])
 #define USART6 (&wb_usart[6])
-#define UART7 (&wb_usart[7])
-#define UART8 (&wb_usart[8])
+#define USART7 (&wb_usart[7])
+#define USART8 (&wb_usart[8])
+#define USART9 (&wb_usart[9])
+#define USART10 (&wb_usart[10])
+#define LPUART1 (&wb_usart[11])
+/* What is a USART on one family is a UART on another. */
+#define UART4 USART4
+#define UART5 USART5
+#define UART7 USART7
+#define UART8 USART8
+#define UART9 USART9
 
 typedef struct {
     uint32_t BaudRate, WordLength, StopBits, Parity, Mode, HwFlowCtl, OverSampling, OneBitSampling, ClockPrescaler;
@@ -463,7 +469,7 @@ void HAL_FDCAN_RxFifo1Callback(FDCAN_HandleTypeDef *can, uint32_t which);
 typedef struct {
     uint32_t number;
 } TIM_TypeDef;
-extern TIM_TypeDef wb_tim[18];
+extern TIM_TypeDef wb_tim[25];
 #define TIM1 (&wb_tim[1])
 #define TIM2 (&wb_tim[2])
 #define TIM3 (&wb_tim[3])
@@ -481,6 +487,13 @@ extern TIM_TypeDef wb_tim[18];
 #define TIM15 (&wb_tim[15])
 #define TIM16 (&wb_tim[16])
 #define TIM17 (&wb_tim[17])
+#define TIM18 (&wb_tim[18])
+#define TIM19 (&wb_tim[19])
+#define TIM20 (&wb_tim[20])
+#define TIM21 (&wb_tim[21])
+#define TIM22 (&wb_tim[22])
+#define TIM23 (&wb_tim[23])
+#define TIM24 (&wb_tim[24])
 
 typedef struct __TIM_HandleTypeDef {
     TIM_TypeDef *Instance;
