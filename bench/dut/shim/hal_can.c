@@ -17,7 +17,21 @@ void OPTIONAL HAL_FDCAN_RxFifo1Callback(FDCAN_HandleTypeDef *can, uint32_t which
 void OPTIONAL HAL_FDCAN_MspInit(FDCAN_HandleTypeDef *can);
 void OPTIONAL HAL_CAN_MspInit(CAN_HandleTypeDef *can);
 
-/* --- bxCAN --------------------------------------------------------------------------------------------------------- */
+/* --- what both kinds ask ------------------------------------------------------------------------------------------ */
+
+static uint32_t places_to_send(void) {
+    if (wb_can_room() == 0)
+        wb_poll();
+    return (uint32_t)(wb_can_room() < MAILBOXES ? wb_can_room() : MAILBOXES);
+}
+
+static uint32_t frames_waiting(int in_this_fifo) {
+    if (!in_this_fifo || wb_can_waiting() == 0)
+        wb_poll();
+    return in_this_fifo ? (uint32_t)wb_can_waiting() : 0;
+}
+
+/* --- bxCAN -------------------------------------------------------------------------------------------------------- */
 
 static int is_the_bus(const CAN_HandleTypeDef *can) {
     return can && can == wb_hal_can && can->State == HAL_CAN_STATE_LISTENING;
@@ -94,15 +108,11 @@ HAL_StatusTypeDef HAL_CAN_GetRxMessage(CAN_HandleTypeDef *can, uint32_t fifo, CA
 
 uint32_t HAL_CAN_GetTxMailboxesFreeLevel(const CAN_HandleTypeDef *can) {
     UNUSED(can);
-    if (wb_can_room() == 0)
-        wb_poll();
-    return (uint32_t)(wb_can_room() < MAILBOXES ? wb_can_room() : MAILBOXES);
+    return places_to_send();
 }
 
 uint32_t HAL_CAN_GetRxFifoFillLevel(const CAN_HandleTypeDef *can, uint32_t fifo) {
-    if (!is_the_bus(can) || fifo != wb_hal_fifo || wb_can_waiting() == 0)
-        wb_poll();
-    return is_the_bus(can) && fifo == wb_hal_fifo ? (uint32_t)wb_can_waiting() : 0;
+    return frames_waiting(is_the_bus(can) && fifo == wb_hal_fifo);
 }
 
 uint32_t HAL_CAN_IsTxMessagePending(const CAN_HandleTypeDef *can, uint32_t mailboxes) {
@@ -221,15 +231,11 @@ HAL_StatusTypeDef HAL_FDCAN_GetRxMessage(
 
 uint32_t HAL_FDCAN_GetTxFifoFreeLevel(const FDCAN_HandleTypeDef *can) {
     UNUSED(can);
-    if (wb_can_room() == 0)
-        wb_poll();
-    return (uint32_t)(wb_can_room() < MAILBOXES ? wb_can_room() : MAILBOXES);
+    return places_to_send();
 }
 
 uint32_t HAL_FDCAN_GetRxFifoFillLevel(const FDCAN_HandleTypeDef *can, uint32_t fifo) {
-    if (!is_the_fd_bus(can) || fifo != fd_fifo() || wb_can_waiting() == 0)
-        wb_poll();
-    return is_the_fd_bus(can) && fifo == fd_fifo() ? (uint32_t)wb_can_waiting() : 0;
+    return frames_waiting(is_the_fd_bus(can) && fifo == fd_fifo());
 }
 
 HAL_StatusTypeDef HAL_FDCAN_RegisterRxFifo0Callback(
