@@ -76,7 +76,7 @@ def worst_bits(length: int, *, extended: bool = False) -> int:
 
 
 def _data_frame_bits(can_id: int, data: bytes) -> int:
-    """The usual frame at a tenth of the cost, for a bus that is counted while it runs: byte by byte from its header."""
+    """The usual frame at less cost, for a bus that is counted while it runs: byte by byte from its header."""
     checksum, steps, bits, shares = _header(can_id, len(data))
     for byte, share in zip(data, shares, strict=True):
         checksum ^= share[byte]

@@ -7,7 +7,7 @@ modules="virtio_ring virtio virtio_pci_legacy_dev virtio_pci_modern_dev virtio_p
   overlay evdev joydev uinput"
 
 fetch() {
-  local kernel package module
+  local kernel package
   # Of QEMU and what it depends on, whatever this machine has not. linux-image-amd64 itself is empty: it names the newest.
   local packages=(busybox-static)
   kernel=$(apt-cache depends linux-image-amd64 2>/dev/null | awk '/Depends: linux-image-/ {print $2; exit}')
