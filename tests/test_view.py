@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import pytest
-from desk import AGREE, LAMPS, LOST_LINK, M2006, SCENE, WIRES, scene
+from desk import AGREE, LAMPS, LOST_LINK, M2006, SCENE, WIRES, armed, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -36,9 +36,9 @@ from bench.screen.view import PANELS, draw, picture, places
 from bench.screen.wires import wires
 
 MENUS = (
-    Menu("filter", "can"),
-    Menu("signal", "wheel", tuple(f"wheel{number}_radps" for number in range(1, 12)), 9, 1),
-    Menu("trigger", "", ("auto", "rising", "0.5", "200 ms"), 2),
+    ("wires", Menu("filter", "can")),
+    ("scope", Menu("signal", "wheel", tuple(f"wheel{number}_radps" for number in range(1, 12)), 9, 1)),
+    ("scope", Menu("trigger", "", ("auto", "rising", "0.5", "200 ms"), 2)),
 )
 
 
@@ -89,7 +89,7 @@ SCENES = (
     scene(help=True),
     scene(dialog=Dialog("another robot", [Item("omni4", "", str), Item("m2006", "the default", str)]).shown),
     *(scene(shown=Shown(page), lamps=LAMPS, agree=AGREE) for page in PAGES),
-    *(scene(shown=Shown(page, "20", False, menu)) for page, menu in zip(PAGES[1:], MENUS, strict=True)),
+    *(scene(shown=Shown(page, "20", False, menu)) for page, menu in MENUS),
 )
 
 
@@ -137,7 +137,7 @@ def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect,
 
 @given(
     st.integers(1, 220), st.integers(1, 70), st.booleans(), st.booleans(), st.sampled_from(PAGES),
-    st.sampled_from([None, *MENUS]),
+    st.sampled_from([None, *(menu for _, menu in MENUS)]),
 )  # fmt: skip
 @settings(max_examples=80)
 def test_every_size_draws_lines_of_exactly_that_width(width, height, page_of_keys, zoom, page, menu):
@@ -368,6 +368,29 @@ def test_the_page_of_keys_is_whole(width, height, drives, releases):
     note = HOLD_NOTE if releases else LEASE_NOTE
     for sentence in (note, *DRIVE_NOTES) if drives else REPLAY_NOTES:
         assert sentence in " ".join(words.split())
+
+
+@pytest.mark.parametrize("count", [1, 11, 61])
+@pytest.mark.parametrize("size", [(120, 40), (100, 30), (80, 24), (60, 16), (40, 12)])
+def test_a_list_fills_its_place_and_hides_no_more(size, count):
+    """What a panel leaves over of its place is blank, and hides a row of those below."""
+    listed = scene(dialog=Dialog("a list", [Item(f"thing {number}", "", str) for number in range(count)]).shown)
+    place = places(listed, *size)["dialog"]
+    rows = [text.plain(line) for line in draw("dialog", listed, place.width, place.height)]
+    assert len(rows) == place.height
+    assert sum("thing" in row for row in rows) == min(count, place.height - 3)
+    assert (place.width == size[0]) is (size[0] < 100), "fragments of words beside it tell nothing"
+
+
+@pytest.mark.parametrize("size", [(80, 24), (60, 16), (40, 12)])
+def test_how_to_leave_a_list_or_a_menu_is_not_what_is_cut(size):
+    working = armed().working
+    for key in (":", "x"):
+        working.key(key)
+        assert " Esc leaves " in screen(scene(dialog=working.dialog.shown), *size)
+        working.key("escape")
+    for page, menu in MENUS:
+        assert re.search(r"Esc (shows|leaves|closes)", screen(scene(shown=Shown(page, menu=menu)), *size))
 
 
 def test_a_page_of_keys_that_is_not_whole_says_so():

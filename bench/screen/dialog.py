@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from bench.screen.scene import Scene
 
 MOST_WIDTH, MOST_ROWS = 74, 22
-APART_FROM = 80
+APART_FROM = 100
 """On a screen of this width the list leaves a margin; on a narrower one it would only cut the words beside it."""
+AROUND_ROWS = 3
+"""Those of the frame, and what is typed."""
 PAGE = 10
 
 
@@ -112,7 +114,7 @@ def fits(typed: str, words: str) -> int | None:
 def dialog_place(width: int, height: int, rows: int) -> Place:
     """In the middle, over the other panels; title and keys stay in sight."""
     wide = MOST_WIDTH if width >= APART_FROM else width
-    high = max(5, min(MOST_ROWS, rows + 4, height - 4))
+    high = max(5, min(MOST_ROWS, rows + AROUND_ROWS, height - 4))
     return Place((width - wide) // 2, max(1, (height - high) // 2), wide, high)
 
 
@@ -120,7 +122,7 @@ def dialog(scene: Scene, width: int, height: int) -> list[Line]:
     """A frame with title, filter, as many rows as fit, and a foot."""
     shown = scene.dialog
     assert shown is not None
-    inner, room = width - 2, height - 4
+    inner, room = width - 2, height - AROUND_ROWS
     first = max(0, min(shown.cursor - room // 2, len(shown.rows) - room))
     body: list[Line] = [[(" > ", KEY), (shown.typed, PLAIN), ("▏", KEY)]]
     for number, (words, note) in list(enumerate(shown.rows))[first : first + room]:
@@ -130,10 +132,10 @@ def dialog(scene: Scene, width: int, height: int) -> list[Line]:
         body.append(both_ends(left, [(note + " ", TITLE if here else KEY)], inner, role))
     if not shown.rows:
         body.append([("  nothing fits; Backspace takes a letter back", WARN)])
-    body += [[]] * (room + 1 - len(body))
+    body += [[]] * (height - 2 - len(body))
     title = f" {shown.title} "
     more = f" {shown.cursor + 1} of {len(shown.rows)} " if shown.rows else ""
-    foot = f" {shown.foot or 'type to narrow · Enter takes · Esc leaves'} "
+    foot = f" {shown.foot or 'Esc leaves · Enter takes · type to narrow'} "
     top = _edge("┌", (title, TITLE), more, "┐", inner)
     bottom = _edge("└", (foot, LABEL), "", "┘", inner)
     return [top, *([("│", LABEL), *fit(line, inner), ("│", LABEL)] for line in body), bottom]

@@ -210,13 +210,13 @@ def _ms(milliseconds: float) -> str:
 
 def _menu(menu: Menu, picture: ScopePicture, width: int) -> list[Line]:
     if menu.kind == "trigger":
-        head = " trigger: ↑↓ choose, ←→ change, digits set a level, Enter arms again, Esc closes"
+        head = " trigger: ↑↓ choose, ←→ change, Esc closes, Enter arms again, digits set a level"
         words = [f"{word:12} {value}" for word, value in zip(_TRIGGER_WORDS, menu.choices, strict=True)]
         return [fit([(head, TITLE)], width, TITLE), *_list(words, menu.row, width)]
     now = picture.settings.signals
     there = now[menu.trace] if menu.trace < len(now) else "a new one"
     typed = f" trace {menu.trace + 1}, now {there}: {menu.text}▏"
-    keys = " ↑↓ choose, Enter takes, Tab next trace, Backspace removes, Esc leaves"
+    keys = " ↑↓ choose, Enter takes, Esc leaves, Tab next trace, Backspace removes"
     names = _list(menu.choices or ("no signal has that in its name",), menu.row, width)
     return [fit([(typed, TITLE)], width, TITLE), fit([(keys, LABEL)], width), *names]
 

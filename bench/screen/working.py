@@ -330,7 +330,7 @@ class Working:
 
     def _how_long(self, step: int) -> str:
         self._seconds = max(0, min(len(SECONDS) - 1, self._seconds + step))
-        return f"for {SECONDS[self._seconds]:g} s (← →) · type to narrow · Enter injects · Esc leaves"
+        return f"for {SECONDS[self._seconds]:g} s (← →) · Esc leaves · Enter injects · type to narrow"
 
     def _inject(self, values: Values) -> str:
         link, seconds = self._session.link, SECONDS[self._seconds]
