@@ -20,6 +20,8 @@ from bench.config import LinkLimits, Profile
 from bench.messages import RcEvent, RcFrame, RcLinkStatistics, RcNoise
 
 NEVER_SEEN, LIVE, DEGRADED, HOLD, NEUTRAL, LOST = "never seen", "live", "degraded", "hold", "neutral", "lost"
+NO_RC = "no rc"
+"""Of a robot that has no receiver, and so no link."""
 COMMANDING = frozenset((LIVE, DEGRADED, HOLD))
 """States in which the last good frame still counts as the driver's will."""
 

@@ -15,6 +15,7 @@ from bench.arena import FIELD, ORIGIN, Arena
 from bench.base import Base, ControlledBase
 from bench.canbus.watch import Finding
 from bench.config import Robot, load_robot
+from bench.link import NO_RC
 from bench.messages import FOREIGN_BASE, STATE_PERIOD_TICKS, ZERO_TWIST, Pose, Snapshot, TickInput, TickOutput
 from bench.noise import SILENT, Noise
 from bench.odometry import wrap
@@ -95,7 +96,7 @@ class Bench:
         if isinstance(base, Base):
             link = base.link
             row += base.odometry.pose if self._start is None else self.believed_pose(base)
-            row += (link.state if link else "no rc", int(base.drive.armed), base.drive.driver)
+            row += (link.state if link else NO_RC, int(base.drive.armed), base.drive.driver)
             wanted = base.wanted_radps
         else:
             row += (0.0, 0.0, 0.0, FOREIGN_BASE, 0, FOREIGN_BASE)
@@ -135,7 +136,7 @@ def _snapshot(bench: Bench) -> Snapshot:
         pose=plant.pose,
         twist=plant.twist,
         odometry=bench.believed_pose(base),
-        link=link.state if link else "no rc",
+        link=link.state if link else NO_RC,
         link_reason=link.reason if link else "this robot takes the core alone",
         link_age_ms=link.age_ticks(last_tick) if link else None,
         armed=drive.armed,
@@ -174,10 +175,10 @@ def _foreign_snapshot(bench: Bench) -> Snapshot:
         pose=plant.pose,
         twist=plant.twist,
         odometry=plant.pose,
-        link=link.state if link else "no rc",
+        link=link.state if link else NO_RC,
         link_reason=link.reason if link else "this robot takes the core alone",
         link_age_ms=link.age_ticks(last_tick) if link else None,
-        armed=False,
+        armed=None,
         why_disarmed="only the base itself knows",
         driver=FOREIGN_BASE,
         field_centric=False,

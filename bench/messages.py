@@ -127,7 +127,8 @@ class Snapshot:
     link: str
     link_reason: str
     link_age_ms: int | None
-    armed: bool
+    armed: bool | None
+    """None of a foreign base: only it knows."""
     why_disarmed: str
     driver: str
     field_centric: bool

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import select
 import shutil
 import signal
@@ -10,6 +11,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -32,6 +34,8 @@ from bench.io.link import InlineLink
 from bench.loop import Bench, simulated
 from bench.messages import TickInput
 from bench.screen.keyboard import Keyboard
+from bench.screen.layout import PAGES
+from bench.screen.scene import Shown
 from bench.screen.session import Session
 from bench.screen.stage import to_drive
 from bench.screen.status import status
@@ -616,6 +620,15 @@ def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
     scene = session.scene()
     assert scene.snapshot.pose.x_m > 0.05, "it drives"
     assert scene.snapshot.rc_frames == bench.now_tick // 10
+    for page in PAGES:  # the line of every page, and the page for little room
+        for size in ((100, 30), (60, 16), (40, 12)):
+            shown = "\n".join(picture(replace(scene, shown=Shown(page)), *size))
+            assert " FOREIGN BASE " in shown
+            assert "ENTER AUX1" in shown
+            assert not re.search("(?i)disarm| armed", shown)
+            assert ("only the base itself" in shown) is (page == "drive" and size != (40, 12))
+    session.key("space")
+    assert "whether it is armed only the base knows" in session.scene().notice
     text = ["".join(word for word, _ in line) for panel in (status, wheels) for line in panel(scene, 100, 20)]
     assert any("FOREIGN BASE  seen by its wires" in line for line in text), text
     assert any("odo off" in line and "mm" not in line for line in text)

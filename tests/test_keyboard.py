@@ -12,7 +12,7 @@ from bench.loop import simulated
 from bench.messages import BodyTwist
 from bench.rc.transmitter import Sticks
 from bench.screen.key_sticks import KeySticks
-from bench.screen.keyboard import Keyboard
+from bench.screen.keyboard import FOREIGN_STOP, REAL_CORE, Keyboard
 
 MOTION_KEYS = ["w", "s", "a", "d", "q", "e", "up", "down", "left", "right"]
 
@@ -371,6 +371,26 @@ def test_without_an_arming_switch_space_takes_the_link():
     desk.press("t")
     desk.run(50)
     assert "armed by its link" in desk.press("enter")
+    assert not desk.keyboard.hands(0).arms
+    assert Keyboard(M2006.rc).hands(0).arms
+
+
+def test_nobody_but_a_foreign_base_knows_whether_it_is_armed_and_nothing_is_told_of_it():
+    keyboard = Keyboard(M2006.rc)
+    assert keyboard.press("w", 0, None) == ""
+    assert keyboard.press("w", 0, False) == "disarmed; Enter arms"
+    assert keyboard.press("space", 0, None) == FOREIGN_STOP
+    assert keyboard.press("space", 0, True) == "stopped"
+
+
+def test_a_real_core_is_not_said_to_have_been_told():
+    for profile in (M2006.rc, None):
+        keyboard = Keyboard(profile, core_is_real=True)
+        assert keyboard.press("c", 0, True) == REAL_CORE
+        assert keyboard.hands(0).core_asks is None
+        assert keyboard.press("space", 0, True) == (REAL_CORE if profile is None else "stopped")
+        assert not keyboard.core_asks
+    assert Keyboard(None).press("space", 0, True) == "stopped: the core asks for nothing"
 
 
 def test_a_robot_without_rc_is_driven_by_its_core_alone():

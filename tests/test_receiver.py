@@ -107,6 +107,7 @@ def test_its_bytes_drive_and_are_those_that_it_sent(session, radio):
     assert session.link.latest().rc_noise_bytes == 0
     session.key("w")
     assert "the receiver has the sticks" in session.scene().notice
+    assert not session.scene().hands.arms
 
 
 def test_what_came_while_ticks_passed_is_given_on_over_as_many(session, radio):

@@ -369,6 +369,17 @@ def test_a_failure_ends_the_app():
     assert "ZeroDivisionError" in str(app.session.failure)
 
 
+def test_what_was_said_last_does_not_stand_before_the_keys_of_time():
+    session = at_the_keys()
+    pass_ticks(session, 100)
+    session.key("m")
+    assert "M gives the mouse back" in words(session)
+    session.key("p")
+    assert "P go on" in words(session)
+    assert "M gives the mouse back" not in words(session)
+    session.leave()
+
+
 def test_a_robot_without_rc_can_be_watched():
     session = at_the_keys(replace(load_robot("m2006"), rc=None))
     pass_ticks(session, 100)

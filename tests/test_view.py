@@ -214,6 +214,32 @@ def test_what_is_said_when(changes, words):
     assert words in screen(scene(**changes))
 
 
+NO_RC = {
+    "robot": replace(M2006, rc=None),
+    "link": "no rc",
+    "link_age_ms": None,
+    "hands": Hands(50, None, False, arms=False),
+}
+
+
+@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("size", [(120, 40), (80, 24), (60, 16), (40, 12)])
+def test_a_robot_without_rc_is_offered_no_key_of_a_transmitter_and_its_link_is_no_fault(page, size):
+    rows = picture(scene(**NO_RC, shown=Shown(page)), *size)
+    assert "NO RC" not in "\n".join(rows)
+    assert "no rc" in "\n".join(rows)
+    foot = rows[-1]
+    assert not re.search("ENTER|WASD| T ", foot)
+    assert foot.index("SPACE STOP") == picture(SCENE, *size)[-1].index("SPACE STOP")
+    assert ("C core's arc off" in foot) is (size[0] >= 80)
+    assert " C " in foot or size[0] == 40
+
+
+def test_a_core_that_is_real_is_not_offered_to_be_asked():
+    for hands in (Hands(50, None, None, arms=False), Hands(50, True, None)):
+        assert "core's" not in screen(scene(hands=hands), 160, 40)
+
+
 def test_the_robot_is_where_it_is_and_looks_where_it_looks():
     for x, y, heading, arrow, column, row in (
         (0.0, 0.0, 0.0, "→", 17, 7), (2.9, 1.9, math.pi / 2, "↑", 32, 2), (-2.9, -1.9, math.pi, "←", 1, 12),

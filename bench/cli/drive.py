@@ -236,4 +236,10 @@ def _hands(args: argparse.Namespace, robot: Robot) -> Keyboard:
     layout = load_gamepad_map(args.gamepad_map or "standard")
     gamepad = (open_gamepad(args.gamepad), layout) if args.gamepad is not None else None
     receiver = open_receiver(args.rc, robot.rc.protocol) if drives and robot.rc is not None else None
-    return Keyboard(robot.rc, gamepad=gamepad, receiver=receiver, disarm_ms=robot.link.disarm_ms)
+    return Keyboard(
+        robot.rc,
+        gamepad=gamepad,
+        receiver=receiver,
+        disarm_ms=robot.link.disarm_ms,
+        core_is_real=args.role == "core",
+    )

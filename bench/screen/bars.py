@@ -123,7 +123,8 @@ def _wrapped(scene: Scene, width: int) -> list[str]:
 
 
 def _always(scene: Scene) -> Line:
-    return HELP_AND_QUIT if scene.hands is None else hands_always(scene.snapshot.armed)
+    hands = scene.hands
+    return HELP_AND_QUIT if hands is None else hands_always(scene.snapshot.armed, hands.arms)
 
 
 def _drive_keys(hands: Hands) -> list[Line]:
@@ -134,10 +135,12 @@ def _drive_keys(hands: Hands) -> list[Line]:
     power = f"{hands.power_percent} %"
     if hands.source != "keys":
         return [_keys(("I", hands.source + (f": {hands.source_state}" if hands.source_state else " drives")))]
-    radio = {None: "none", True: "on ", False: "OFF"}[hands.transmitter_on]
+    core = [("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")] if hands.core_asks is not None else []
+    if hands.transmitter_on is None:
+        return [_keys(*core, ("Z", "follow")), _keys(("C", "core") if core else ("Z", "follow"))]
+    radio = "on " if hands.transmitter_on else "OFF"
     drive, transmitter = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}")
-    core = ("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")
-    long = _keys(drive, transmitter, core, ("Z", "follow"))
+    long = _keys(drive, transmitter, *core, ("Z", "follow"))
     return [long, _keys(("WASDQE", power), ("T", f"radio {radio}")), _keys(("WASDQE", power))]
 
 

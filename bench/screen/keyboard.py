@@ -29,6 +29,8 @@ POWER_STEP_PERCENT = 10
 CORE_ARC = BodyTwist(0.2, 0.0, 0.5)
 """What the core asks for on request: a circle of radius 0.4 m, to the left."""
 KEYS, GAMEPAD, RECEIVER = "keys", "gamepad", "receiver"
+FOREIGN_STOP = "sticks at rest, the core asks for nothing; whether it is armed only the base knows: T cuts its link"
+REAL_CORE = "the core is a real one: nothing here makes it drive, or stand"
 MARGIN_MS = 100
 """Between a receiver and our own transmitter nothing is sent until the link is lost, and so much longer."""
 
@@ -74,6 +76,7 @@ class Keyboard:
         gamepad: tuple[Gamepad, GamepadMap] | None = None,
         receiver: Receiver | None = None,
         disarm_ms: int = 500,
+        core_is_real: bool = False,
     ) -> None:
         self.sticks = KeySticks()
         self.mouse = MouseSticks()
@@ -89,6 +92,7 @@ class Keyboard:
         self._silent_until = 0
         self._silence_ticks = disarm_ms + MARGIN_MS
         self.transmitter = Transmitter(profile) if profile is not None else None
+        self.core_is_real = core_is_real
         self.core_asks = False
         self._period_ticks = profile.period_ms if profile is not None else 1
         pulse = max(PULSE_MS, 3 * self._period_ticks)
@@ -126,7 +130,7 @@ class Keyboard:
         if self.pad_sticks is not None:
             self.pad_sticks.release()
 
-    def look(self, now_tick: int, armed: bool, paused: bool = False) -> str:
+    def look(self, now_tick: int, armed: bool | None, paused: bool = False) -> str:
         """Once a frame: what gamepad and receiver say. A sentence where something has changed."""
         said = self.receiver.look() if self.receiver is not None else ""
         return self._look_at_pad(now_tick, armed, paused) or said
@@ -144,13 +148,13 @@ class Keyboard:
             self._aux2.cancel()
         return f"the {self.source} {'have' if self.source == KEYS else 'has'} the sticks"
 
-    def point(self, pressed: bool, x: int, y: int, pad: Pad, now_tick: int, armed: bool) -> str:
+    def point(self, pressed: bool, x: int, y: int, pad: Pad, now_tick: int, armed: bool | None) -> str:
         """The mouse's button has gone down on that cell, or the mouse has moved there."""
         if not pressed:
             self.mouse.drag(x, y, pad, now_tick)
             return ""
         taken = self.mouse.press(x, y, pad, now_tick)
-        return "disarmed; Enter arms" if taken and not armed else ""
+        return "disarmed; Enter arms" if taken and armed is False else ""
 
     def alive(self, now_tick: int) -> None:
         """The terminal is there, and what was held still is."""
@@ -169,7 +173,8 @@ class Keyboard:
         return Hands(
             self.sticks.power_percent,
             self.transmitter.on if self.transmitter is not None else None,
-            self.core_asks,
+            None if self.core_is_real else self.core_asks,
+            arms=self._has_aux[0] and self.source != RECEIVER,
             releases=self.sticks.releases,
             source=self.source,
             source_state=self._state(),
@@ -216,17 +221,17 @@ class Keyboard:
         there = ((KEYS, True), (GAMEPAD, self.pad is not None), (RECEIVER, hears))
         return tuple(name for name, is_there in there if is_there)
 
-    def press(self, key: str, now_tick: int, armed: bool) -> str:
-        """One press or repeat of a key. `armed` is the base's state now, for Space."""
+    def press(self, key: str, now_tick: int, armed: bool | None) -> str:
+        """One press or repeat of a key. `armed` is the base's state now; None where only the base knows."""
         if key in MOTION:
             if self.transmitter is None:
-                return "this robot takes no RC; C lets the core drive"
+                return "this robot takes no RC; " + (REAL_CORE if self.core_is_real else "C lets the core drive")
             if self.source != KEYS:
                 return f"the {self.source} has the sticks; I gives them to the next source"
             self.sticks.press(key, now_tick)
             if not self.transmitter.on:
                 return "the transmitter is off; T switches it on"
-            return "" if armed else "disarmed; Enter arms"
+            return "disarmed; Enter arms" if armed is False else ""
         if key == "space":
             return self.stop(now_tick, armed)
         # A key that comes again within its lease is still held: it acts once.
@@ -234,7 +239,7 @@ class Keyboard:
         self._heard[key] = now_tick
         return "" if held else self._switch(key, now_tick)
 
-    def stop(self, now_tick: int, armed: bool) -> str:
+    def stop(self, now_tick: int, armed: bool | None) -> str:
         """Everything to rest and, by the switch that the profile has for it, disarmed."""
         self.let_go()
         self.core_asks = False
@@ -242,7 +247,7 @@ class Keyboard:
             self.cut = True
             return "stopped: the receiver is cut off; Enter lets it through again"
         if self.transmitter is None:
-            return "stopped: the core asks for nothing"
+            return REAL_CORE if self.core_is_real else "stopped: the core asks for nothing"
         if not self._has_aux[0]:
             self.transmitter.on = False
             return "stopped: transmitter off, because this profile has no arming switch; T switches it on"
@@ -251,7 +256,7 @@ class Keyboard:
                 self._stopping_until = self._aux1.press_again(now_tick)
         else:
             self._aux1.cancel()  # an arming press that has not left yet shall not
-        return "stopped"
+        return FOREIGN_STOP if armed is None else "stopped"
 
     def change_power(self, steps: int) -> str:
         """Push the sticks further, or less far: 10 to 100 percent."""
@@ -278,7 +283,7 @@ class Keyboard:
         self.cut = False
         return "the receiver is let through; arm by its own switch"
 
-    def _look_at_pad(self, now_tick: int, armed: bool, paused: bool) -> str:
+    def _look_at_pad(self, now_tick: int, armed: bool | None, paused: bool) -> str:
         pad, sticks = self.pad, self.pad_sticks
         if pad is None or sticks is None:
             return ""
@@ -324,6 +329,8 @@ class Keyboard:
             return self._show_pad()
         if key == "i":
             return self.next_source(now_tick)
+        if key == "c" and self.core_is_real:
+            return REAL_CORE
         if key == "c":
             self.core_asks = not self.core_asks
             return "the core asks for an arc" if self.core_asks else "the core asks to stand"

@@ -64,7 +64,7 @@ class Opening(NamedTuple):
         if panel == "arena":
             return _field(self.field_m, width, place.height)
         if panel == "footer":
-            always = HELP_AND_QUIT if self.replay else hands_always(False)
+            always = HELP_AND_QUIT if self.replay else hands_always(False, arms=bool(self.rc))
             return [both_ends([(f" {BUILDING}; a key waits for it", LABEL)], always, width)]
         if panel == "status":
             return [[(" ", PLAIN), (f" {BUILDING.upper()} ", WARN_BADGE)]]

@@ -41,9 +41,12 @@ class Hands:
     power_percent: int
     transmitter_on: bool | None
     """None where the robot takes no RC."""
-    core_asks: bool
+    core_asks: bool | None
+    """None where the core is a real one."""
     releases: bool = False
     """Whether the terminal tells when a key is let go."""
+    arms: bool = True
+    """Whether Enter works the switch that arms."""
     source: str = "keys"
     """What holds the sticks."""
     source_state: str = ""

@@ -294,6 +294,7 @@ class Session:
             return
         if self.keyboard is not None:
             self.keyboard.let_go()
+        self._notice = ""  # the foot is for the keys of time now
         self.link.pause(not self.link.paused)
 
     def _change_rate(self, step: int) -> None:

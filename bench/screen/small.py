@@ -12,13 +12,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from bench.link import DEGRADED, LIVE
-from bench.messages import FOREIGN_BASE
+from bench.screen.edges import STOP, enter_does
 from bench.screen.layout import SMALLEST
 from bench.screen.scene import Scene
+from bench.screen.state import armed_badge, link_state, who_drives
 from bench.screen.text import (
     BAD_BADGE,
-    GOOD,
-    GOOD_BADGE,
     LABEL,
     PLAIN,
     TITLE,
@@ -32,8 +31,7 @@ from bench.screen.text import (
     width_of,
 )
 
-_DRIVERS = {"rc": "the sticks drive", "core": "the core drives"}
-_STOP, _ESC, _QUIT = (" SPACE STOP ", BAD_BADGE), ("  Esc", PLAIN), ("  Esc quit", PLAIN)
+_ESC, _QUIT = ("  Esc", PLAIN), ("  Esc quit", PLAIN)
 MOST_ROWS = 3
 """Of one sentence."""
 
@@ -117,22 +115,17 @@ def _robot(scene: Scene, width: int) -> Line:
 
 def _state(scene: Scene, width: int) -> Line:
     snapshot = scene.snapshot
-    if snapshot.driver == FOREIGN_BASE:
-        word, role, who = "FOREIGN BASE", GOOD_BADGE, "seen by its wires"
-    elif snapshot.armed:
-        word, role, who = "ARMED", GOOD_BADGE, _DRIVERS.get(snapshot.driver, "nobody drives")
-    else:
-        word, role, who = "DISARMED", WARN_BADGE, "nobody drives"
-    badge: Line = [(" ", PLAIN), (f" {word} ", role)]
+    word, role = armed_badge(snapshot)
+    who = who_drives(snapshot)[0]
+    badge: Line = [(" ", PLAIN), (word, role)]
     view = ", field-centric" if snapshot.field_centric else ""
     ways: list[Line] = [[*badge, (f" {who}{view}", PLAIN)], [*badge, (f" {who}", PLAIN)], badge]
-    return first_that_fits([*ways, [(f" {word} ", role)], [(word, role)]], width)
+    return first_that_fits([*ways, [(word, role)], [(word.strip(), role)]], width)
 
 
 def _link(scene: Scene, width: int) -> Line:
     snapshot = scene.snapshot
-    live = snapshot.link == LIVE
-    word = ("live", GOOD) if live else (f" {snapshot.link.upper()} ", BAD_BADGE)
+    word = link_state(snapshot)
     link: Line = [(" link ", LABEL), word]
     ways = [link, [word], [(word[0].strip(), word[1])]]
     if snapshot.link_age_ms is not None:
@@ -148,18 +141,18 @@ def _keys(scene: Scene, width: int) -> Line:
         leave: Line = [(" Esc quit", PLAIN)]
         return first_that_fits([[(going, PLAIN), _QUIT], leave, [("Esc", PLAIN)]], width)
     gap = (" ", PLAIN)
-    arm = (" ENTER disarm ", WARN_BADGE) if scene.snapshot.armed else (" ENTER arm    ", GOOD_BADGE)
+    arm = enter_does(scene.snapshot.armed, scene.hands.arms)
     if going == " P go on":
         arm = (f"{going:14}", PLAIN)
-    stops: list[Line] = [[_STOP, _QUIT], [_STOP, _ESC], [_STOP], [("SPACE STOP", BAD_BADGE)], [("SPACE", BAD_BADGE)]]
-    return first_that_fits([[arm, gap, _STOP, _QUIT], [arm, gap, _STOP], *stops], width)
+    stops: list[Line] = [[STOP, _QUIT], [STOP, _ESC], [STOP], [("SPACE STOP", BAD_BADGE)], [("SPACE", BAD_BADGE)]]
+    return first_that_fits([[arm, gap, STOP, _QUIT], [arm, gap, STOP], *stops], width)
 
 
 def _more(scene: Scene, width: int) -> Iterator[_Part]:
     """Everything else, in the order in which it stands."""
     snapshot = scene.snapshot
     yield _Part(1, [], _open(scene))
-    if not snapshot.armed and snapshot.driver != FOREIGN_BASE:
+    if snapshot.armed is False:
         yield _Part(2, [], f"why {snapshot.why_disarmed}")
     yield _Part(3, [], scene.notice)
     for finding in snapshot.bus_findings[-1:]:

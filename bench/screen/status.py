@@ -9,11 +9,12 @@ from bench.link import DEGRADED, HOLD, LIVE, NEVER_SEEN
 from bench.messages import FOREIGN_BASE, RcFrame, Snapshot
 from bench.odometry import wrap
 from bench.screen.scene import Scene
-from bench.screen.text import BAD_BADGE, GOOD, GOOD_BADGE, LABEL, PLAIN, WARN, WARN_BADGE, Line, signed
+from bench.screen.state import armed_badge, link_state, who_drives
+from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, WARN, Line, age, signed
 
 COLUMN = 12
-_DRIVERS = {"rc": "the sticks drive", "core": "the core drives"}
-_LINK_ROLES = {LIVE: GOOD, DEGRADED: WARN, HOLD: WARN, NEVER_SEEN: LABEL}
+_QUIET_LINKS = {DEGRADED: WARN, HOLD: WARN, NEVER_SEEN: LABEL}
+"""Shown without a badge: there is room for what is wrong beside them."""
 
 
 def status(scene: Scene, width: int, height: int) -> list[Line]:
@@ -33,22 +34,19 @@ _Row = tuple[int, Line]
 
 def _state(scene: Scene) -> list[_Row]:
     snapshot = scene.snapshot
-    badge = (" ARMED ", GOOD_BADGE) if snapshot.armed else (" DISARMED ", WARN_BADGE)
-    view = "field-centric" if snapshot.field_centric else "robot-centric"
-    driver = f"{_DRIVERS.get(snapshot.driver, 'nobody drives')}, {view}"
-    if snapshot.driver == FOREIGN_BASE:
-        badge, driver = (" FOREIGN BASE ", GOOD_BADGE), "seen by its wires"
+    driver = who_drives(snapshot)[0]
+    if snapshot.driver != FOREIGN_BASE:
+        driver += ", field-centric" if snapshot.field_centric else ", robot-centric"
     link = snapshot.link
-    role = _LINK_ROLES.get(link, BAD_BADGE)
-    words: Line = [_label("link"), (f" {link.upper()} " if role == BAD_BADGE else link, role)]
+    words: Line = [_label("link"), (link, _QUIET_LINKS[link]) if link in _QUIET_LINKS else link_state(snapshot)]
     if snapshot.link_age_ms is not None:
-        words.append((f"  last good frame {_age(snapshot.link_age_ms)} ago", PLAIN))
+        words.append((f"  last good frame {age(snapshot.link_age_ms)} ago", PLAIN))
     if snapshot.link_reason:
         reason = (snapshot.link_reason, WARN)
     else:
         reason = (f"{snapshot.rc_frames} frames, {snapshot.rc_noise_bytes} bytes of noise", LABEL)
     return [
-        (0, [(" ", PLAIN), badge, (f" {driver}", PLAIN)]),
+        (0, [(" ", PLAIN), armed_badge(snapshot), (f" {driver}", PLAIN)]),
         (2, [_label("why"), _why(scene)]),
         (1, words),
         (9, [_label(""), reason]),
@@ -141,10 +139,6 @@ def _twist(twist: tuple[float, float, float]) -> tuple[str, str, str]:
     return f"{signed(vx, 6, 3)} m/s", f"{signed(vy, 6, 3)} m/s", f"{signed(omega, 5, 2)} rad/s"
 
 
-def _age(milliseconds: int) -> str:
-    return f"{milliseconds} ms" if milliseconds < 10_000 else f"{milliseconds // 1000} s"
-
-
 def _channel(frame: RcFrame | None, part: Axis | Button) -> str:
     """The raw value of the last good frame."""
     return str(frame.channels[part.channel]) if frame is not None and part.channel < len(frame.channels) else "-"
@@ -153,6 +147,5 @@ def _channel(frame: RcFrame | None, part: Axis | Button) -> str:
 def _switch(name: str, frame: RcFrame | None, button: Button | None) -> str:
     if button is None:
         return f" {name} none"
-    raw = _channel(frame, button)
-    pressed = raw != "-" and (int(raw) <= button.pressed_from if button.reversed else int(raw) >= button.pressed_from)
-    return f" {name} ch{button.channel} {raw} {'ON ' if pressed else 'off'}"
+    pressed = frame is not None and button.is_pressed(frame.channels)
+    return f" {name} ch{button.channel} {_channel(frame, button)} {'ON ' if pressed else 'off'}"

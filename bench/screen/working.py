@@ -233,7 +233,11 @@ class Working:
         else:
             session.restage(None, keyboard)
         said = self._record() if recorded else ""
-        armed = "armed, as it was: Space disarms" if link.latest().armed else "disarmed"
+        armed = (
+            "armed, as it was" + ": Space disarms" * (keyboard.transmitter is not None)
+            if link.latest().armed
+            else "disarmed"
+        )
         return f"forked at {link.now_tick / 1000:.3f} s, sticks at rest, {armed}; P goes on" + (
             f"; {said}" if "cannot" in said else ""
         )
