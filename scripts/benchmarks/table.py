@@ -36,7 +36,7 @@ def verdict(is_met: bool) -> str:
 def row_at_least(figure: str, values: Sequence[float], bar: float) -> Row:
     """A figure that must reach its bar: the median of the rounds."""
     value = median(values)
-    return Row(figure, f"{value:.1f}", f"at least {bar:g}", verdict(value >= bar))
+    return Row(figure, f"{value:.1f}", f"at least {bar:.3g}", verdict(value >= bar))
 
 
 def table(rows: Sequence[Row]) -> str:
