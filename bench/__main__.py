@@ -17,6 +17,10 @@ import io
 import os
 import sys
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TextIO
+
 VERBS = {
     "demo": "the bench in one go: a recorded RC stream drives the default robot, checked against its golden",
     "drive": "the dashboard: drive the simulated robot by keyboard, or watch a recording",
@@ -50,24 +54,32 @@ def main(arguments: list[str] | None = None) -> int:
         finally:
             sys.stdout.flush()  # what the last line meets is told here, not by the interpreter on its way out
     except KeyboardInterrupt:
-        print(f"wheelbench {verb}: interrupted", file=sys.stderr)
+        _tell(verb, "interrupted")
         return 130
     except BrokenPipeError:
         # Whoever read our output has left (`| head`): not an error of ours, and nothing more can be said to them.
-        _drop_output()
+        _drop(sys.stdout, sys.stderr)
         return 3
     except OSError as error:
         # The verbs tell what they meet at a file; this is what Path.is_dir and its like raise before that: a folder
         # that may not be entered, a name that is too long.
         if error.errno in FULL:
-            _drop_output()
+            _drop(sys.stdout)
             status, text = 3, f"output cannot be written ({error.strerror}); free some space"
         elif error.filename is not None:
             status, text = 2, f"{error.filename}: cannot be reached ({error.strerror}); check the path"
         else:
             raise
-        print(f"wheelbench {verb}: {text}", file=sys.stderr)
+        _tell(verb, text)
         return status
+
+
+def _tell(verb: str, text: str) -> None:
+    """Where stderr takes no more either (a log on a full disk) the exit status still tells."""
+    try:
+        print(f"wheelbench {verb}: {text}", file=sys.stderr)
+    except OSError:
+        _drop(sys.stderr)
 
 
 def _parse_and_run(verb: str, given: list[str]) -> int:
@@ -92,9 +104,10 @@ def _prepare_streams() -> None:
         sys.stdout.reconfigure(errors="backslashreplace")
 
 
-def _drop_output() -> None:
-    """What is still in the buffer of stdout would fail again when the interpreter ends."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _drop(*streams: TextIO) -> None:
+    """What is still in their buffers would fail again when the interpreter ends."""
+    for stream in streams:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _run(args: argparse.Namespace) -> int:
@@ -107,7 +120,7 @@ def _run(args: argparse.Namespace) -> int:
     except BenchError as error:
         if getattr(args, "traceback", False) and error.__cause__ is not None:
             _print_whole(error.__cause__)
-        print(f"wheelbench {args.verb}: {spelt(str(error))}", file=sys.stderr)
+        _tell(args.verb, spelt(str(error)))
         return error.exit_status
 
 

@@ -488,6 +488,43 @@ def test_goldens_of_the_root_of_all_folders(call):
     assert call("goldens", "/") == (0, "/ holds no golden\n", "")
 
 
+def test_the_page_is_not_written_over_by_the_report(call, tmp_path):
+    scenario, page = short_scenario(tmp_path, "", seconds=0.1), tmp_path / "page.html"
+    status, out, err = call("replay", scenario, "--html", page, "--junit", tmp_path / "." / "page.html")
+    assert (status, out) == (2, "")
+    assert "page.html: is given twice" in err
+    assert not page.exists()
+
+
+def test_a_robot_without_a_name_is_not_another_one(call, tmp_path):
+    """`--robot "$ROBOT"`, with a variable that nobody has set."""
+    for source in (short_scenario(tmp_path), DRIVE):
+        status, out, err = call("replay", source, "--robot", "")
+        assert (status, out) == (2, "")
+        assert "is a directory; a robot is a .toml file" in err
+
+
+def test_a_folder_of_scenarios_is_told_how_they_are_replayed(call, tmp_path, monkeypatch):
+    short_scenario(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert "are replayed by *.toml\n" in call("replay", "")[2]
+    assert f"are replayed by {tmp_path}/*.toml\n" in call("replay", f"{tmp_path}/")[2]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+@pytest.mark.parametrize(
+    ("command", "status"),
+    [
+        ("kin nobody 2> /dev/full", 2),
+        ("kin nobody > /dev/full 2>&1", 2),
+        ("kin m2006 > /dev/full 2>&1", 3),
+        ("kin nobody 2>&1 > /dev/null | true", 2),
+    ],
+)
+def test_the_exit_status_tells_what_stderr_does_not_take(command, status):
+    assert in_a_shell(command) == (status, "")
+
+
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-"])
 def test_a_closed_stream_is_no_error(closed, tmp_path):
     scenario = short_scenario(tmp_path)

@@ -390,6 +390,15 @@ def test_what_stands_in_the_way_is_refused(tmp_path):
     assert Recording.open(tmp_path / "old").ticks == 3
 
 
+@pytest.mark.parametrize("name", ["can.log", "robot.toml", "scenario.toml"])
+def test_a_file_of_somebody_elses_by_one_of_our_names_is_not_overwritten(tmp_path, name):
+    """Somebody's candump, or the robot file that they have tuned by hand, in the folder they work in."""
+    (tmp_path / name).write_text("ten years of work")
+    with pytest.raises(RecordingError, match=f"holds {name}, which is of no recording .*; give another directory$"):
+        recorder_in(tmp_path, overwrite=True)
+    assert (tmp_path / name).read_text() == "ten years of work"
+
+
 def test_overwriting_removes_a_recording_and_nothing_else(tmp_path):
     record(tmp_path / "old", made_run(300))
     (tmp_path / "old" / "profile.toml").write_text("of the old run")

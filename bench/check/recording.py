@@ -334,8 +334,13 @@ def _make_room(directory: Path, overwrite: bool) -> None:
     held = make_directory(directory)
     if GOLDEN_TOML in held:
         raise RecordingError(f"{directory}: holds a golden; record elsewhere and pin that run")
+    is_recording = RUN_TOML in held
+    mine = [] if is_recording else [name for name in held if name in FILES]
+    if mine:
+        what = f"{mine[0]}, which is of no recording and would be written over"
+        raise RecordingError(f"{directory}: holds {what}; give another directory")
     if held and not overwrite:
-        what = "a recording" if RUN_TOML in held else f"other files ({', '.join(held[:3])})"
+        what = "a recording" if is_recording else f"other files ({', '.join(held[:3])})"
         raise RecordingError(f"{directory}: already holds {what}; give another directory, or --overwrite")
     remove_recording(directory)
 

@@ -169,7 +169,7 @@ def from_capture(
     """A capture driven through a robot (the default one unless given)."""
     capture = load_capture(path)
     protocol = protocol or capture.protocol
-    chosen = controller_of(load_robot(robot or "m2006", profile), controller)
+    chosen = controller_of(load_robot("m2006" if robot is None else robot, profile), controller)
     built = with_choices(chosen.robot, None, odometry)
     if built.rc is None:
         raise UsageError(f"{built.file}: this robot takes no RC; give --profile to drive it with a capture")
@@ -305,7 +305,9 @@ def robot_of(scenario: Scenario, robot: str | Path | None = None, profile: str |
     """The robot and transmitter that a scenario names, unless others are given. Raises ConfigError."""
     if profile is None and scenario.profile is not None:
         profile = _said(scenario.path, "profile", scenario.profile, profile_path)
-    return load_robot(robot or _said(scenario.path, "robot", scenario.robot, robot_path), profile)
+    if robot is None:
+        robot = _said(scenario.path, "robot", scenario.robot, robot_path)
+    return load_robot(robot, profile)
 
 
 def _said(path: Path, key: str, name: str, find: Callable[[str | Path], Path]) -> Path:

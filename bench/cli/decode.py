@@ -81,7 +81,7 @@ def _recognised(args: argparse.Namespace) -> tuple[str | None, Capture | None]:
             with args.file.open("rb") as file:
                 head = file.read(JUDGED_BYTES)
         except OSError as error:
-            raise UsageError(f"{args.file}: cannot be read ({error.strerror})") from None
+            raise UsageError(f"{args.file}: cannot be read ({error.strerror}); check the path") from None
         if not head or is_can_log(head):
             verdict = recognise(head)
     if verdict is None:

@@ -219,7 +219,7 @@ def _robot(args: argparse.Namespace, settings: SettingsFile) -> Robot:
             return load_robot(remembered.robot, args.profile or remembered.profile or None)
         except ConfigError as error:
             settings.why = f"the remembered robot is not there: {error}"
-    return load_robot(args.robot or "m2006", args.profile)
+    return load_robot("m2006" if args.robot is None else args.robot, args.profile)
 
 
 def _hands(args: argparse.Namespace, robot: Robot) -> Keyboard:

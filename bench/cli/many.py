@@ -32,9 +32,8 @@ def sources_of(given: Sequence[str]) -> list[str]:
         if not fitting:
             raise UsageError(f"{source}: no scenario fits this pattern")
         if not is_pattern and Path(source).is_dir() and not (Path(source) / "run.toml").exists():
-            held = sorted(Path(source).glob("*.toml"))
-            if held:
-                what = f"the scenarios in it are replayed by {source.rstrip('/')}/*.toml"
+            if any(Path(source).glob("*.toml")):
+                what = f"the scenarios in it are replayed by {Path(source) / '*.toml'}"
             else:
                 what = "give a scenario (.toml), an RC capture or the directory of a recording"
             raise UsageError(f"{source or '.'}: is a directory without a recording; {what}")

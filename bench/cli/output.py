@@ -9,9 +9,10 @@ from bench.errors import SurroundingsError, UsageError
 
 
 def refuse_hopeless(*paths: Path | None) -> None:
-    """Before a long run: what could not be written after it either, and what nobody means to (`--html *.toml`). Raises
-    SurroundingsError, UsageError.
+    """Before a long run: what could not be written after it either, and what nobody means to (`--html *.toml`, two
+    texts in one file). Raises SurroundingsError, UsageError.
     """
+    seen: set[Path] = set()
     for path in paths:
         if path is None:
             continue
@@ -19,6 +20,9 @@ def refuse_hopeless(*paths: Path | None) -> None:
             raise UsageError(
                 f"{path}: would be written over, and has the name of a TOML file; give the page's own name"
             )
+        if path.resolve() in seen:
+            raise UsageError(f"{path}: is given twice, and would be written over; give each its own name")
+        seen.add(path.resolve())
         if path.is_dir():
             why = "it is a directory"
         elif not path.parent.is_dir():

@@ -94,7 +94,7 @@ def _read(path: Path) -> bytes:
     except FileNotFoundError:
         raise UsageError(f"{path}: no such file; a capture is a file of raw bytes, such as NAME.bin") from None
     except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+        raise UsageError(f"{path}: cannot be read ({error.strerror}); check the path") from None
 
 
 def _description(path: Path) -> dict[str, Any]:
