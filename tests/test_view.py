@@ -318,6 +318,31 @@ def test_what_is_too_long_for_a_word_is_cut_where_the_room_ends():
     assert text.plain(text.fit(path, 15)) == "in …".ljust(15)
 
 
+@pytest.mark.parametrize(
+    ("names", "shown"),
+    [
+        (("front right", "a very_good", "rear"), ("front right", "a very_good", "rear")),
+        (("wheel_front_right", "wheel_front_left", "wheel_rear"), ("front_right", "front_left", "rear")),
+        (("front right wheel", "front left wheel", "rear wheel"), ("front right", "front left", "rear")),
+        (("front right outermost drive wheel", "rear"), ("front right…", "rear")),
+        (("wheel_of_mine_a", "wheel_of_mine_"), ("wheel_of_mi…", "wheel_of_mi…")),
+        (("right_behind", "right_before_"), ("behind", "before_")),
+        (("an only wheel",), ("an only whe…",)),
+    ],
+)
+def test_wheels_are_told_apart_in_a_narrow_column(names, shown):
+    assert text.short_names(names) == shown
+
+
+@pytest.mark.parametrize("size", [(120, 40), (80, 24), (60, 16), (40, 12)])
+def test_a_wheel_with_a_long_name_has_its_row(size):
+    names = ("wheel_front_right", "wheel_rear_in_the_middle", "wheel_front_left")
+    rows = picture(scene(wheel_names=names), *size)
+    for name in ("front_right", "rear_in_the…", "front_left"):
+        (row,) = (row for row in rows if f" {name} " in row)
+        assert " A" in row
+
+
 def wire_rows(width, **changes):
     shown = scene(wires=replace(WIRES, **changes))
     return [text.plain(line) for line in wires(shown, width, 5)]

@@ -19,6 +19,7 @@ from bench.screen.state import armed_badge, link_state, who_drives
 from bench.screen.text import (
     BAD_BADGE,
     LABEL,
+    NAME_WIDTH,
     PLAIN,
     TITLE,
     WARN,
@@ -27,6 +28,7 @@ from bench.screen.text import (
     age,
     both_ends,
     first_that_fits,
+    short_names,
     signed,
     width_of,
 )
@@ -194,9 +196,10 @@ def _motion(scene: Scene, width: int) -> Iterator[_Part]:
 
 def _wheels(scene: Scene, width: int) -> Iterator[_Part]:
     snapshot = scene.snapshot
-    for name, speed, current in zip(snapshot.wheel_names, snapshot.wheel_radps, snapshot.wheel_current_a, strict=True):
+    names = short_names(snapshot.wheel_names)
+    for name, speed, current in zip(names, snapshot.wheel_radps, snapshot.wheel_current_a, strict=True):
         turns, draws = f"{signed(speed, 7, 2)} rad/s", f"{signed(current, 6, 3)} A"
-        ways = [[(f" {name:12} {turns} {draws}", PLAIN)], [(f" {name:12} {turns}", PLAIN)]]
+        ways = [[(f" {name:{NAME_WIDTH}} {turns} {draws}", PLAIN)], [(f" {name:{NAME_WIDTH}} {turns}", PLAIN)]]
         yield _Part(9, first_that_fits(ways, width))
 
 

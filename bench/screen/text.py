@@ -5,7 +5,10 @@ Every meaning stands in the words or signs too, so that a picture without colour
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from itertools import takewhile
 from operator import itemgetter
 from typing import TypeAlias
 
@@ -28,6 +31,8 @@ Line: TypeAlias = list[Span]
 BLOCKS = " ▏▎▍▌▋▊▉█"
 _WORDS = itemgetter(0)
 ELLIPSIS = "…"
+NAME_WIDTH = 12
+"""Of a wheel's name."""
 LONGEST_WORD = 20
 """What is longer is no word, and may be cut: a path, bytes."""
 
@@ -69,6 +74,23 @@ def _whole_words(text: str, room: int) -> int:
 def first_that_fits(lines: Iterable[Line], width: int) -> Line:
     """Of several ways to say it, from many words to few, the first that there is room for; else nothing."""
     return next((line for line in lines if width_of(line) <= width), [])
+
+
+@lru_cache(maxsize=8)
+def short_names(names: tuple[str, ...], width: int = NAME_WIDTH) -> tuple[str, ...]:
+    """Names for one column: where one is too long, without the words with which all begin or end, and cut at last."""
+    if max(map(len, names), default=0) > width:
+        first, last = _shared(names), _shared([name[::-1] for name in names])
+        own = tuple(name[first : len(name) - last] for name in names)
+        names = own if all(own) else names
+    return tuple(name if len(name) <= width else name[: width - 1] + ELLIPSIS for name in names)
+
+
+def _shared(names: Sequence[str]) -> int:
+    """How many characters the words take with which all of them begin."""
+    same = sum(1 for _ in takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False)))
+    found = re.match(r".*[\W_]", names[0][:same])
+    return found.end() if found is not None else 0
 
 
 def both_ends(left: Line, right: Line, width: int, fill: str = PLAIN) -> Line:

@@ -9,13 +9,12 @@ from bench.config import Wheel
 from bench.kinematics import Kinematics
 from bench.messages import FOREIGN_BASE, BodyTwist
 from bench.screen.scene import Scene
-from bench.screen.text import GOOD, LABEL, PLAIN, WARN, Line, fill_bar, fit, plain, signed, swing_bar
+from bench.screen.text import GOOD, LABEL, NAME_WIDTH, PLAIN, WARN, Line, fill_bar, short_names, signed, swing_bar
 
 AT_LIMIT = 0.98
 """Share of the current limit from which a wheel is said to be at it."""
 SLIP_MMPS = 50.0
 """From here on a wheel is said to slide over the floor. A wheel that creeps under load stays below."""
-NAME_WIDTH = 12
 NUMBERS_WIDTH = 46
 """Everything on a line but its two bars and its slip."""
 SLIP_WIDTH = 11
@@ -45,7 +44,7 @@ def wheels(scene: Scene, width: int, height: int) -> list[Line]:
         ]
     ]
     values = zip(
-        snapshot.wheel_names,
+        short_names(snapshot.wheel_names),
         snapshot.wheel_wanted_radps,
         snapshot.wheel_radps,
         snapshot.wheel_current_a,
@@ -58,7 +57,7 @@ def wheels(scene: Scene, width: int, height: int) -> list[Line]:
         shown, mark = (f"{'-':>7}", speed) if is_foreign else (signed(wanted, 7, 2), wanted)
         lines.append(
             [
-                (f" {_short(name)}{shown} {signed(speed, 8, 2)} ", PLAIN),
+                (f" {name:{NAME_WIDTH}}{shown} {signed(speed, 8, 2)} ", PLAIN),
                 (swing_bar(speed, mark, top, speed_width), GOOD),
                 (f" {signed(current, 6, 3)} A ", PLAIN),
                 (fill_bar(abs(current) / limit, current_width), WARN if at_limit else GOOD),
@@ -74,11 +73,6 @@ def slips_mmps(wheels: tuple[Wheel, ...], twist: BodyTwist, wheel_radps: Sequenc
     kinematics = _kinematics(wheels)
     rolled = zip(kinematics.wheel_speeds(twist), wheel_radps, kinematics.radii, strict=True)
     return [1000.0 * radius * (floor - wheel) for floor, wheel, radius in rolled]
-
-
-@lru_cache(maxsize=32)
-def _short(name: str) -> str:
-    return plain(fit([(name, PLAIN)], NAME_WIDTH))
 
 
 def _slip(mmps: float) -> tuple[str, str]:
