@@ -455,6 +455,47 @@ def test_a_title_has_its_pages_whatever_is_being_done():
     assert "BACK 0.200 s" in row
 
 
+LONG = replace(M2006, name="champion-of-the-regional-preliminaries-2026")
+
+
+@pytest.mark.parametrize("robot", [M2006, LONG])
+@pytest.mark.parametrize("width", [60, 80, 100])
+def test_a_title_has_its_pages_and_tells_a_recording_and_an_earlier_instant(width, robot):
+    """A name, the robot's or the recording's, gives way."""
+    back = Pace(paused=True, behind_ticks=200)
+    row = picture(scene(robot=robot, recording=f"{robot.name}-001 21 %", pace=back), width, 24)[0]
+    assert row.startswith(f" {robot.name[:9]}")
+    assert "  ● REC" in row
+    assert "  [1] 2  3  4 " in row
+    assert row.endswith("  12.346 s  BACK 0.200 s")
+
+
+def test_a_failed_check_is_marked_in_the_title_of_every_size_that_has_pages():
+    for width, robot in ((60, M2006), (60, LONG), (80, LONG), (120, LONG)):
+        row = picture(scene(robot=robot, recording="run 21 %", agree=AGREE), width, 24)[0]
+        assert re.search(" 4( checks)?✗ ", row), row
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "pace", "shown"),
+    [
+        (40, 12, Pace(), " champion-of-the…  ● REC 12.346 s ×1.00"),
+        (40, 12, Pace(paused=True, behind_ticks=200), " champion-of-the…  ● REC 12.346 s  BACK "),
+        (24, 6, Pace(paused=True, behind_ticks=200), " champion…  ● REC  BACK "),
+        (20, 5, Pace(paused=True), " champion…   PAUSED "),
+        (9, 4, Pace(paused=True), "champion…"),
+    ],
+)
+def test_on_a_small_terminal_a_long_name_hides_nothing_that_matters(width, height, pace, shown):
+    assert picture(scene(robot=LONG, recording="run", pace=pace), width, height)[0] == shown.rstrip()
+
+
+def test_on_a_small_terminal_an_instant_that_is_past_is_told_before_the_end_of_a_name():
+    robot = replace(M2006, name="of_19_characters_in")
+    for pace, row in ((Pace(), " of_19_characters_in"), (Pace(paused=True, behind_ticks=9), " of_19_char…   BACK")):
+        assert picture(scene(robot=robot, pace=pace), 20, 5)[0] == row
+
+
 @pytest.mark.parametrize("link", ["live", "hold", "lost", "neutral", "never seen", "degraded"])
 @pytest.mark.parametrize("armed", [True, False])
 def test_the_sticks_are_never_cut_on_the_line_of_every_page(link, armed):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 
 from bench.screen.checks import has_failed
 from bench.screen.edges import HELP_AND_QUIT, hands_always, tabs
@@ -20,8 +21,12 @@ from bench.screen.text import (
     Line,
     both_ends,
     fill_bar,
+    short_names,
     width_of,
 )
+
+LEAST_NAME = 10
+"""So much of a name is shown before the pages are left out for it."""
 
 
 def title(scene: Scene, width: int, height: int) -> list[Line]:
@@ -31,12 +36,16 @@ def title(scene: Scene, width: int, height: int) -> list[Line]:
     doing = f"  ● REC {scene.recording}" if scene.recording else ""
     doing += f"  SAVING {scene.saving}" if scene.saving else ""
     transmitter = robot.rc.name if robot.rc else "no RC"
-    names = (f"{told} {robot.name}, {transmitter}{doing}", f"{told} {robot.name}{doing}")
-    return [_title(scene, names, width)]
+    short = "  ● REC" * bool(scene.recording) + "  SAVING" * bool(scene.saving)
+    name = f"{told} {robot.name}"
+    names = (f"{name}, {transmitter}{doing}", f"{name}{doing}")
+    return [_title(scene, names, width) or _cut_title(scene, name, short, width)]
 
 
-def _title(scene: Scene, names: tuple[str, str], width: int) -> Line:
-    """Name, pages, time. Where there is no room pages go to their numbers, then lateness goes, then the transmitter."""
+def _title(scene: Scene, names: Sequence[str], width: int) -> Line:
+    """Name, pages, time. Where there is no room pages go to their numbers, then lateness goes, then the transmitter.
+    Nothing where that is not enough.
+    """
     times, short_times = _times(scene)
     for name in names:
         for long in (True, False):
@@ -44,7 +53,17 @@ def _title(scene: Scene, names: tuple[str, str], width: int) -> Line:
             for right in (times, short_times):
                 if width_of(line) + 2 + width_of(right) <= width:
                     return both_ends(line, right, width, TITLE)
-    return both_ends([(names[-1], TITLE)], short_times, width, TITLE)
+    return []
+
+
+def _cut_title(scene: Scene, name: str, doing: str, width: int) -> Line:
+    """What a recording is called goes, then the end of a long name; the pages where next to nothing of it is left."""
+    pages, (_, times) = _tabs(scene, long=False), _times(scene)
+    room = width - len(doing) - 2 - width_of(pages) - 2 - width_of(times)
+    if room < min(LEAST_NAME, len(name)):
+        return both_ends([(name + doing, TITLE)], times, width, TITLE)
+    (cut,) = short_names((name,), room)
+    return both_ends([(f"{cut}{doing}  ", TITLE), *pages], times, width, TITLE)
 
 
 def _tabs(scene: Scene, *, long: bool) -> Line:

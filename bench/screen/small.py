@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from bench.link import DEGRADED, LIVE
+from bench.screen.bars import LEAST_NAME
 from bench.screen.edges import STOP, enter_does
 from bench.screen.layout import SMALLEST
 from bench.screen.scene import Scene
@@ -87,7 +88,9 @@ def _beside(line: Line, other: Line) -> Line:
 
 
 def _robot(scene: Scene, width: int) -> Line:
-    """What runs, whether it is recorded, and how time runs; with less room first the transmitter goes, then time."""
+    """What runs, whether it is recorded, and how time runs; with less room the transmitter goes, then time, then
+    the end of a name.
+    """
     robot, pace, snapshot = scene.robot, scene.pace, scene.snapshot
     told = f" {scene.replay.title}" if scene.replay is not None else ""
     doing = "  ● REC" if scene.recording else ""
@@ -112,7 +115,14 @@ def _robot(scene: Scene, width: int) -> Line:
         for end in ends:
             if len(name) + 2 + width_of(end) <= width:
                 return both_ends([(name, TITLE)], end, width, TITLE)
-    return first_that_fits([[(name, TITLE)] for name in (*names, robot.name)], width)
+    whole = first_that_fits([[(name, TITLE)] for name in (*names, robot.name)], width)
+    recorded: Line = [("● REC ", TITLE)] if scene.recording else []
+    beside = [*([*recorded, *end] for end in ends), ends[-1]]
+    for right in beside if badge or not whole else ():
+        room = width - width_of(right) - 2
+        if right and room >= LEAST_NAME:
+            return both_ends([(short_names((names[-1],), room)[0], TITLE)], right, width, TITLE)
+    return whole or [(short_names((robot.name,), width)[0], TITLE)]
 
 
 def _state(scene: Scene, width: int) -> Line:
