@@ -31,7 +31,7 @@ def captures() -> Path:
 @pytest.fixture
 def multicast():
     """The address of a multicast bus of this test alone: tests that run at the same time would hear each other."""
-    pytest.importorskip("msgpack", reason="udp_multicast needs the extra multicast")
+    pytest.importorskip("msgpack", reason="msgpack is not installed: pip install 'wheelbench[multicast]'")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as held:  # so long nobody else is given its number
         held.bind(("", 0))
         for shared in (socket.SO_REUSEADDR, socket.SO_REUSEPORT):

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from compilers import MISSING
+from compilers import HOW_TO_GET_THEM, MISSING
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "fixtures" / "README.md"]
@@ -101,7 +101,7 @@ def test_every_command_of_the_page_works(page, outside):
         else:
             run(line, outside)
     if left_out:
-        pytest.skip(f"not on this machine: {', '.join(MISSING)} (gcc, binutils); left out: {left_out[0]} ...")
+        pytest.skip(f"{HOW_TO_GET_THEM}; left out: {left_out[0]} ...")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())

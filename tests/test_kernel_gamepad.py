@@ -3,8 +3,9 @@
 import argparse
 import os
 import signal
-import time
+from functools import partial
 
+import patience
 import pty_terminal
 import pytest
 from desk import M2006, Granted, pass_ticks
@@ -34,7 +35,6 @@ from bench.__main__ import main
 from bench.check.reading import Recording
 from bench.cli import drive as verb
 from bench.config.gamepads import GamepadMap, PadAxis, load_gamepad_map
-from bench.io.clock import wait_ns
 from bench.io.gamepad import PadEvent, open_gamepad
 from bench.io.link import InlineLink
 from bench.loop import simulated
@@ -42,6 +42,7 @@ from bench.screen.keyboard import Keyboard
 from bench.screen.session import Session
 
 DEADLINE_S = 300.0  # an emulated processor
+until = partial(patience.until, deadline_s=DEADLINE_S)
 FULL = -32768
 """Y and X of a stick that is pushed forward, to the left."""
 
@@ -49,7 +50,7 @@ pytestmark = [
     pytest.mark.gamepad,
     pytest.mark.skipif(
         not os.access("/dev/uinput", os.W_OK),
-        reason="no /dev/uinput here; `make gamepad` runs these under a kernel that makes input devices",
+        reason="no /dev/uinput here to write to; `make gamepad` runs these under a kernel that makes input devices",
     ),
 ]
 
@@ -67,23 +68,22 @@ def plug():
         pad.unplug()
 
 
+@pytest.fixture
+def evdev():
+    return pytest.importorskip(
+        "evdev", reason="evdev is not installed: pip install 'wheelbench[gamepad]', which takes a C compiler"
+    )
+
+
 @pytest.fixture(params=["js", "event"])
 def kind(request):
     if request.param == "event":
-        pytest.importorskip("evdev", reason="evdev (the extra `gamepad`) is not installed: it needs a C compiler")
+        request.getfixturevalue("evdev")
     return request.param
 
 
 def address(pad, kind):
     return ("evdev:" if kind == "event" else "") + pad.node(kind)
-
-
-def until(holds, step=lambda: None):
-    deadline = time.monotonic() + DEADLINE_S
-    while not holds():
-        assert time.monotonic() < deadline, "it did not come to that"
-        step()
-        wait_ns(1_000_000)
 
 
 class Driven:
@@ -107,6 +107,15 @@ class Driven:
         self.frame()
         self.frame()
         assert self.session.link.latest().armed
+
+    def drives_only_from_rest(self, pad):
+        """A stick that is pushed already does not count before it has been let go."""
+        assert self.sticks == (0.0, 0.0, 0.0)
+        pad.move(Y, 0)
+        self.frame()
+        pad.move(Y, FULL)
+        self.frame()
+        assert self.sticks[0] > 0.9
 
     @property
     def sticks(self):
@@ -144,9 +153,8 @@ ODD = {
 }  # fmt: skip
 
 
-def test_one_pad_by_either_way_is_the_same_pad(plug):
+def test_one_pad_by_either_way_is_the_same_pad(plug, evdev):
     """Odd ranges and dead zones, number for number as the kernel's joydev makes them: one map serves both."""
-    pytest.importorskip("evdev", reason="evdev (the extra `gamepad`) is not installed: it needs a C compiler")
     pad = plug(ODD, (*XPAD_BUTTONS, 0x2C0, 0x101, 0x120))
     ways = [open_gamepad(address(pad, kind)) for kind in ("js", "event")]
     first, second = (standing(way.read()) for way in ways)
@@ -212,12 +220,7 @@ def test_pulled_out_while_it_drives_it_stops_and_put_back_it_drives_only_from_re
     driven.frame()
     assert driven.said[-1].endswith("there")
     assert driven.state == "let its sticks go first"
-    assert driven.sticks == (0.0, 0.0, 0.0)
-    again.move(Y, 0)
-    driven.frame()
-    again.move(Y, FULL)
-    driven.frame()
-    assert driven.sticks[0] > 0.9
+    driven.drives_only_from_rest(again)
 
 
 def test_of_two_pads_each_drives_its_own(plug, drive, kind):
@@ -253,12 +256,7 @@ def test_where_the_first_of_two_is_pulled_out_the_other_is_named_and_drives_only
     until(lambda: not driven.pad.lost, driven.frame)
     driven.frame()
     assert driven.said[-1] == f"gamepad {other.node('js')} (Other): there"
-    assert driven.sticks == (0.0, 0.0, 0.0)
-    other.move(Y, 0)
-    driven.frame()
-    other.move(Y, FULL)
-    driven.frame()
-    assert driven.sticks[0] > 0.9
+    driven.drives_only_from_rest(other)
 
 
 def test_one_that_may_not_be_read_says_so_and_is_taken_once_it_may(plug, drive, kind):
@@ -335,8 +333,7 @@ def test_a_desk_full_of_buttons_is_whole_at_first_sight(plug, drive, kind):
         assert driven.sticks == (0.0, 0.0, 0.0)
 
 
-def test_devices_that_are_no_gamepads_are_told(plug, drive):
-    pytest.importorskip("evdev", reason="evdev (the extra `gamepad`) is not installed: it needs a C compiler")
+def test_devices_that_are_no_gamepads_are_told(plug, drive, evdev):
     keyboard = plug({}, range(KEY_A, KEY_Z), name="Keys")
     assert [name.rstrip("0123456789") for name in keyboard.nodes()] == ["event"], "joydev makes no node of it"
     assert "no gamepad" in drive(f"evdev:{keyboard.node('event')}").state
@@ -356,8 +353,7 @@ def test_what_the_map_names_and_the_pad_has_not_is_told(plug, drive, kind):
     )
 
 
-def test_a_real_event_device_through_evdev():
-    evdev = pytest.importorskip("evdev", reason="evdev (the extra `gamepad`) is not installed: it needs a C compiler")
+def test_a_real_event_device_through_evdev(evdev):
     codes = evdev.ecodes
     info = evdev.AbsInfo(0, -32768, 32767, 0, 0, 0)
     abilities = {codes.EV_ABS: [(code, info) for code in (0, 1, 3, 4)], codes.EV_KEY: [codes.BTN_A, codes.BTN_START]}

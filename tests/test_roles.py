@@ -8,12 +8,12 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
 import serial
+from patience import DEADLINE_S, until
 
 from bench.check.reading import Recording
 from bench.check.sources import from_source
@@ -42,7 +42,6 @@ from bench.world import World
 
 ROOT = Path(__file__).parents[1]
 M2006 = load_robot("m2006")
-DEADLINE_S = 60.0
 
 DRIVES = """schema = 1
 name = "drives"
@@ -75,14 +74,6 @@ def scenario(tmp_path, seconds=1.5, more=""):
     path = tmp_path / "drives.toml"
     path.write_text(DRIVES.format(seconds=seconds) + more)
     return path
-
-
-def until(holds, step=lambda: None):
-    deadline = time.monotonic() + DEADLINE_S
-    while not holds():
-        assert time.monotonic() < deadline, "nothing came"
-        step()
-        wait_ns(500_000)
 
 
 # --- the last line before the port ---------------------------------------------------------------------------------
@@ -444,7 +435,7 @@ def test_when_the_operators_process_is_gone_the_motors_stop(tmp_path, adapter, l
 
 @pytest.mark.skipif(
     not Path(f"/proc/self/task/{os.getpid()}/children").exists(),
-    reason="this kernel does not tell a process's children",
+    reason="no /proc/PID/task/PID/children here: that takes a kernel with CONFIG_PROC_CHILDREN",
 )
 def test_when_the_loops_own_process_is_killed_the_motors_are_stopped_by_its_parent(adapter, long_drive):
     running = wheelbench("replay", long_drive, "--role", "motors", "--can", f"can:slcan:{adapter.link}", "--arm")

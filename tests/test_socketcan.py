@@ -7,13 +7,13 @@ import struct
 import subprocess
 import sys
 import termios
-import time
 import tty
 from contextlib import contextmanager
 from pathlib import Path
 
 import can
 import pytest
+from patience import DEADLINE_S, until
 
 from bench.canbus.watch import Kind
 from bench.check.reading import Recording
@@ -21,7 +21,6 @@ from bench.config import load_robot
 from bench.errors import SurroundingsError
 from bench.io import surroundings
 from bench.io.can_port import open_can
-from bench.io.clock import wait_ns
 from bench.io.emulated.devices import EscsOnBus
 from bench.io.emulated.slcan import SlcanOnLine
 from bench.io.kinds.crossed import crossed
@@ -31,7 +30,6 @@ from bench.m2006 import decode_feedback, encode_command
 M2006 = load_robot("m2006")
 WIRE = "can:socketcan:vcan0"
 ROOT = Path(__file__).parents[1]
-DEADLINE_S = 60.0  # user-mode Linux has one CPU and slow system calls
 N_SLCAN = 17
 """The line discipline that makes an interface of a serial line (linux/tty.h)."""
 SIOCGIFNAME, SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8910, 0x8913, 0x8914, 1
@@ -46,14 +44,6 @@ pytestmark = [
         reason="there is no vcan0 here; `make socketcan` runs these under a kernel that has it",
     ),
 ]
-
-
-def until(holds, step=lambda: None):
-    deadline = time.monotonic() + DEADLINE_S
-    while not holds():
-        assert time.monotonic() < deadline, "nothing came"
-        step()
-        wait_ns(1_000_000)
 
 
 def set_up(interface, up):

@@ -7,22 +7,15 @@ import time
 from contextlib import contextmanager, suppress
 
 import pytest
+from patience import DEADLINE_S, until
 
 from bench.errors import SurroundingsError, UsageError
 from bench.io.can_port import open_can
 from bench.io.clock import wait_ns
 from bench.io.kinds import bus_port, socketcand
 
-DEADLINE_S = 60.0
 PYTHON_CAN_S = 10.0
 """How long python-can goes on trying a host that refuses."""
-
-
-def until(holds):
-    deadline = time.monotonic() + DEADLINE_S
-    while not holds():
-        assert time.monotonic() < deadline, "nothing came"
-        wait_ns(1_000_000)
 
 
 class Server:
