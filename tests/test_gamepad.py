@@ -12,6 +12,7 @@ from bench.config import load_robot
 from bench.config.gamepads import GAMEPADS_DIR, GamepadMap, PadAxis, load_gamepad_map
 from bench.config.table import ConfigError
 from bench.errors import UsageError
+from bench.io import gamepad as gamepad_module
 from bench.io.gamepad import JoystickNode, PadEvent, joydev_buttons, joystick_events, open_gamepad, scaled
 from bench.io.link import InlineLink
 from bench.loop import simulated
@@ -114,6 +115,9 @@ def test_an_axis_rests_in_the_dead_zone_that_its_driver_tells():
     assert [scaled(value, 0, 255, 15) for value in (0, 15, 112, 127, 142, 239, 255)] == [-1, -1, 0, 0, 0, 1, 1]
     assert scaled(190, 0, 255, 15) == pytest.approx(48 / 97, abs=1e-3)
     assert scaled(100, 0, 255, 64) == 0.0, "nothing is left beside it"
+    # joydev_correct(): 2**29 // 97 a step beyond the dead zone, cut to 14 bits less.
+    raw = [round(scaled(value, 0, 255, 15) * 32767) for value in (100, 111, 113, 141, 143, 154)]
+    assert raw == [-4054, -338, 0, 0, 337, 4053]
 
 
 def test_its_sticks_and_buttons_drive_through_the_front_door(pad):
@@ -258,6 +262,22 @@ def test_unknown_names_and_addresses_are_one_sentence():
         load_gamepad_map("standart")
     with pytest.raises(UsageError, match="expected auto, /dev/input/js0 or evdev:"):
         open_gamepad("js0")
+
+
+def test_a_device_that_is_no_joystick_node_is_told_and_let_go():
+    open_files = os.listdir("/proc/self/fd")
+    assert open_gamepad("/dev/null").lost.startswith("it is no gamepad: no joystick node; ")
+    assert os.listdir("/proc/self/fd") == open_files
+
+
+def test_the_first_of_eleven_nodes_is_the_one_of_the_lowest_number(pad, tmp_path, monkeypatch):
+    """js10 comes behind js2. The nodes are elsewhere here, so the search for them is what it would find."""
+    monkeypatch.setattr(gamepad_module.glob, "glob", lambda _: [str(tmp_path / name) for name in ("js10", "js2")])
+    pad.path = tmp_path / "js2"
+    pad.plug()
+    first = open_gamepad("auto")
+    assert not first.lost
+    first.close()
 
 
 def test_without_evdev_there_is_a_sentence_with_what_to_install():

@@ -119,6 +119,25 @@ def test_a_jump_of_the_run_begins_anew():
     assert [value for value in low if not math.isnan(value)] == [0.25] * 5
 
 
+def test_a_picture_after_others_is_the_one_that_a_fresh_scope_draws():
+    """Run on, in other columns, over another time: nothing stays of what was drawn before."""
+    scope, seen = a_scope(1000, span_ms=500, level=2.0), 1000
+    later = ((1000, 500, 50), (1000, 500, 20), (1500, 500, 20), (1600, 200, 20), (1900, 500, 20))
+    for end, span_ms, columns in later:
+        scope.take([out(tick, sine(tick)) for tick in range(seen, end)])
+        scope.change(scope.settings._replace(span_ms=span_ms))
+        assert scope.picture(columns) == a_scope(end, span_ms=span_ms, level=2.0).picture(columns)
+        seen = end
+
+
+def test_a_run_that_goes_back_shows_its_new_way_though_the_trigger_comes_at_the_same_tick():
+    scope = Scope(M2006, COLUMNS, ScopeSettings(("x_m",), 100, "normal", level=0.5))
+    for height in (1.0, 2.0):
+        scope.take([out(tick, 0.0 if tick < 700 else height) for tick in range(1000)])
+        picture = scope.picture(10)
+        assert (picture.trigger_tick, max(picture.traces[0].high)) == (700, height)
+
+
 @given(
     st.sampled_from(SPANS_MS), st.sampled_from(["auto", "normal", "single"]), st.sampled_from(["rising", "falling"]),
     st.floats(-2.0, 2.0), st.integers(0, 900), st.integers(0, 300),

@@ -1,6 +1,7 @@
 """What the screen is told of the wires: counts, rates and loads against what was put on them, and in bounded memory."""
 
 import tracemalloc
+from random import Random
 
 import pytest
 from hypothesis import given, settings
@@ -13,8 +14,8 @@ from bench.config import load_robot
 from bench.demo import SCENARIO
 from bench.io.look import Look
 from bench.io.tap import KEPT_TICKS, Tap
-from bench.io.wires.counts import MOST_ROWS
-from bench.io.wires.log import LOGGED
+from bench.io.wires.counts import MOST_ROWS, Row
+from bench.io.wires.log import LOGGED, LOOKED_AT, WireLog
 from bench.io.wires.wiretap import Wiretap
 from bench.messages import TickOutput
 
@@ -64,6 +65,24 @@ def test_changing_frames_are_measured_one_in_four():
         bits += len(wire_bits(0x201, data))
         outs.append(tick(at, feedback=[(0x201, data)]))
     assert row(fed(outs).table(), "201").load == pytest.approx(bits / 1e6, rel=0.01)
+
+
+def test_one_in_four_is_measured_however_many_come_at_once():
+    """Looked at in pieces of any size, beside a loop over single frames: each fourth one, from the first on."""
+    random, sent, outs = Random(4), [], []
+    for at in range(900):
+        frames = [(0x201, random.randbytes(8)) for _ in range(random.randrange(3))]
+        sent += frames
+        outs.append(tick(at, feedback=frames))
+    tap, done = Wiretap(M2006), 0
+    while done < len(outs):
+        some = random.randrange(1, 7)
+        tap.take(outs[done : done + some])
+        done += some
+    bits = [len(wire_bits(*sent[number - number % 4])) for number in range(len(sent))]
+    found = row(tap.table(), "201")
+    assert (found.frames, found.data) == (len(sent), sent[-1][1])
+    assert found.load == pytest.approx(sum(bits) / 0.9 / 1e6)
 
 
 def test_a_rate_is_that_of_the_last_second_and_falls_to_nothing():
@@ -137,6 +156,19 @@ def test_no_bytes_break_it(ticks):
         assert len(table.rows) <= MOST_ROWS
         assert len(table.log) <= LOGGED
         assert all(one.rate_hz >= 0.0 and one.load >= 0.0 for one in table.rows)
+
+
+def test_no_more_frames_are_put_into_words_than_are_shown():
+    """Words cost more than all the counting: none where no log is asked for, and a filter looks through so many."""
+    said = []
+    stranger = Row("can", "123", "", 0)
+    log = WireLog(lambda can_id: stranger, lambda row, data, words: said.append(data) or "")
+    for filter, most, in_words in (("", 0, 0), ("", 5, 5), ("nothing of that name", 5, LOOKED_AT)):
+        for at in range(2000):
+            log.note((at, [(0x123, b"")]))
+        said.clear()
+        log.write(filter, most)
+        assert len(said) == in_words
 
 
 def test_a_bus_full_of_strangers_is_counted_in_bounded_rows():
