@@ -49,10 +49,10 @@ class GyroBus:
     """The base's end of a gyro: `rate_radps` as last reported, `turned_rad` since the first report, not wrapped."""
 
     __slots__ = (
-        "_can_id",
         "_heading_raw",
         "_layout",
         "_length",
+        "can_id",
         "malformed_frames",
         "rate_radps",
         "seen",
@@ -61,7 +61,7 @@ class GyroBus:
 
     def __init__(self, settings: Gyro) -> None:
         message = gyro(settings.can_id)
-        self._can_id = message.can_id
+        self.can_id = message.can_id
         self._layout = message.layout
         self._length = message.length
         self._heading_raw: int | None = None
@@ -75,7 +75,7 @@ class GyroBus:
         """What it has turned since the report before, in rad, the shorter way round; None where none arrived."""
         turn_rad = None
         for can_id, data in frames:
-            if can_id != self._can_id:
+            if can_id != self.can_id:
                 continue
             if len(data) != self._length:
                 self.malformed_frames += 1

@@ -246,6 +246,11 @@ class MotorBus:
         return None
 
     @property
+    def feedback_ids(self) -> tuple[int, ...]:
+        """Whose reports it takes, in wheel order."""
+        return tuple(self._sources)
+
+    @property
     def currents_ma(self) -> list[int]:
         """Current as each ESC last reported it, wire sign; 0 before its first report."""
         return [_FEEDBACK.unpack(data)[2] if data else 0 for _, data in self._reports]

@@ -44,6 +44,7 @@ class Reckoning:
         "_timeout_ticks",
         "_unfollowed_rad",
         "_unfollowed_turn_rad",
+        "_usual_ids",
         "_waiting_turn_rad",
         "dead_turned_rad",
         "gyro",
@@ -68,6 +69,8 @@ class Reckoning:
         self._kinematics = Kinematics(dead) if self._follows_dead_wheels else kinematics
         self.odometry = odometry_of(robot, self._kinematics)
         self.gyro = GyroBus(robot.gyro) if robot.gyro is not None else None
+        encoders = self._encoders.feedback_ids if self._encoders is not None else ()
+        self._usual_ids = [*motors.feedback_ids, *encoders, *([self.gyro.can_id] if self.gyro is not None else ())]
         self._timeout_ticks = robot.link.feedback_timeout_ms
         self._stood_in = False  # the driven wheels, for dead ones, since those were last heard
         # What the driven wheels turned since dead wheels were last followed, and any wheels since the gyro was.
@@ -86,12 +89,18 @@ class Reckoning:
 
     def step(self, tick: int, frames: Sequence[CanFrame]) -> None:
         """Take the frames that arrived in this tick, and move by what they say."""
-        driven_rad = self._motors.turned(tick, frames)
+        of_motors = of_encoders = of_gyro = frames
+        if [
+            can_id for can_id, _ in frames
+        ] == self._usual_ids:  # to each its own: who hears nobody else has an easy tick
+            motors, others = len(self.turned_rad), len(self.turned_rad) + len(self.dead_turned_rad)
+            of_motors, of_encoders, of_gyro = frames[:motors], frames[motors:others], frames[others:]
+        driven_rad = self._motors.turned(tick, of_motors)
         if driven_rad:
             self.turned_rad = _sums(self.turned_rad, driven_rad)
         dead_rad = None
         if self._encoders is not None:
-            dead_rad = self._encoders.turned(tick, frames)
+            dead_rad = self._encoders.turned(tick, of_encoders)
             if dead_rad and self._stood_in:
                 dead_rad = []  # what the driven wheels stood in for must not be counted again
             elif dead_rad:
@@ -103,7 +112,7 @@ class Reckoning:
             self._measure_slip(tick)
 
         if self.gyro is not None:
-            self._follow_gyro(tick, frames, followed_rad)
+            self._follow_gyro(tick, of_gyro, followed_rad)
         elif followed_rad:
             if self.source == DEAD_WHEELS or not self._follows_dead_wheels:
                 self.odometry.advance(followed_rad)
