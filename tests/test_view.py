@@ -455,6 +455,47 @@ def test_a_title_has_its_pages_whatever_is_being_done():
     assert "BACK 0.200 s" in row
 
 
+ENDED_RUN = Replay("a stop", 12_346, "identical", tuple(f"fact{number}    of the run" for number in range(11)))
+
+
+@pytest.mark.parametrize(("size", "facts"), [((120, 40), 11), ((80, 24), 8), ((60, 16), 3)])
+def test_a_summary_that_is_not_whole_says_so_and_the_foot_has_the_keys_of_an_ended_run(size, facts):
+    rows = picture(scene(hands=None, replay=ENDED_RUN), *size)
+    assert sum("fact" in row for row in rows) == facts
+    assert (f" … {11 - facts} more lines: a taller terminal shows them" in rows) is (facts < 11)
+    assert rows[-1].startswith(f" ← → go back in it · G {'drive on from here' if size[0] > 60 else 'fork'}  ")
+
+
+@pytest.mark.parametrize("size", [(80, 24), (40, 12)])
+def test_an_ended_run_offers_no_pause_and_no_way_back_that_there_is_not(size):
+    for goes_back in (True, False):
+        foot = picture(scene(hands=None, replay=ENDED_RUN, pace=Pace(goes_back=goes_back)), *size)[-1]
+        assert "P " not in foot
+        assert ("← →" in foot) is goes_back
+        assert foot.endswith("Esc quit")
+
+
+def test_the_frame_of_a_narrow_arena_says_what_it_has_room_for():
+    slips = ((0.0, 0.0),)
+    assert "└ ↑ robot  + odometry ─" in screen(SCENE)
+    assert "└ ↑ robot  + odometry × slipped ─" in screen(scene(slips=slips))
+    assert "└ × slipped ─" in screen(scene(slips=slips, hands=None, replay=Replay("demo", 20_000)))
+
+
+def test_a_pressed_bumper_is_a_word_in_the_frame_and_an_arc_outside_of_the_ring():
+    against = Pose(3.0 - M2006.body.radius_m, 0.0, 0.0)
+    apart = against._replace(x_m=2.0)
+    for size, said in (((80, 24), "└ BUMPER left right ─"), ((60, 16), "└ BUMPER ─")):
+        assert said in screen(scene(pose=against, odometry=against), *size)
+        assert "BUMPER" not in screen(scene(pose=apart, odometry=apart), *size)
+    here = scene(pose=against, odometry=against, zoom=True, trail=[])
+    blind = replace(here, robot=replace(M2006, fittings=replace(M2006.fittings, bumpers=())))
+    orange, none = (
+        sum(role == text.WARN for line in draw("arena", one, 60, 30) for _, role in line) for one in (here, blind)
+    )
+    assert orange > none == 0
+
+
 LONG = replace(M2006, name="champion-of-the-regional-preliminaries-2026")
 
 

@@ -22,6 +22,7 @@ from bench.screen.text import (
     TRAIL,
     WARN,
     Line,
+    first_that_fits,
     fit,
     width_of,
 )
@@ -62,7 +63,7 @@ def arena(scene: Scene, width: int, height: int) -> list[Line]:
         trail, slips = field.trail.place(scene.trail), field.slips.place(scene.slips)
     _draw(view, scene, trail, slips)
     return [
-        _edge("┌", [(caption, PLAIN)], "┐", width),
+        _edge("┌", [[(caption, PLAIN)]], "┐", width),
         *canvas.lines(_WALL, _WALL),
         _edge("└", _legend(scene), "┘", width),
     ]
@@ -74,12 +75,13 @@ def pressed(scene: Scene) -> list[Bumper]:
     return [one for one in scene.robot.fittings.bumpers if is_pressed(one, body, pose, scene.arena, scene.discs)]
 
 
-def _legend(scene: Scene) -> Line:
-    """What the signs mean; where a bumper is pressed, that instead."""
+def _legend(scene: Scene) -> list[Line]:
+    """What the signs mean, from many words to few; where a bumper is pressed, that instead."""
     bumpers = " ".join(one.name for one in pressed(scene))
     if bumpers:
-        return [(f" BUMPER {bumpers} ", BAD_BADGE)]
-    return [(" ↑ robot  + odometry ", PLAIN), *([("× slipped ", WARN)] if scene.slips else [])]
+        return [[(f" BUMPER {bumpers} ", BAD_BADGE)], [(" BUMPER ", BAD_BADGE)]]
+    signs: Line = [(" ↑ robot  + odometry ", PLAIN)]
+    return [[*signs, ("× slipped ", WARN)], [(" × slipped ", WARN)]] if scene.slips else [signs]
 
 
 class _View:
@@ -262,7 +264,7 @@ def _bumper(view: _View, bumper: Bumper, robot: Robot, pose: Pose) -> None:
         view.canvas.dot(u + radius * math.cos(angle), v - radius * math.sin(angle), WARN)
 
 
-def _edge(left: str, caption: Line, right: str, width: int) -> Line:
+def _edge(left: str, captions: list[Line], right: str, width: int) -> Line:
     inner = width - 2
-    words = caption if width_of(caption) <= inner else []
+    words = first_that_fits(captions, inner)
     return fit([(left, LABEL), *words, ("─" * (inner - width_of(words)) + right, LABEL)], width)

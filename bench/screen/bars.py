@@ -106,7 +106,10 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     always = _always(scene)
     if scene.notice and not notice_rows(scene, width):
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
-    if scene.pace.paused or scene.pace.behind_ticks:
+    if scene.replay is not None and scene.replay.summary:
+        ways = ("drive on from here", "fork") if scene.pace.goes_back else ()
+        lines = [_keys(("← →", "go back in it"), ("G", way)) for way in ways] or [[]]
+    elif scene.pace.paused or scene.pace.behind_ticks:
         lines = _paused_keys(scene)
     elif hands is None:
         lines = [_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), _keys(("P", "pause"))]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from bench.check.expectations import FAILED, HOLDS, NOT_YET, PASSED, UNTESTED, Standing
 from bench.screen.scene import Scene
-from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, WARN, Line, fit, plain, signed, swing_bar
+from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, TALLER, WARN, Line, cut_rows, fit, plain, signed, swing_bar
 from bench.screen.wire_lamps import SWITCHED_OFF, WireLamp
 from bench.screen.wiretable import loads
 
@@ -32,8 +32,7 @@ def checks(scene: Scene, width: int, height: int) -> list[Line]:
         lines = list(_all(scene, width, *level))
         if len(lines) <= height:
             return lines
-    hidden = len(lines) - height + 1
-    return [*lines[: height - 1], [(f" … {hidden} more lines: a taller terminal shows them", WARN)]]
+    return cut_rows(lines, height, TALLER)
 
 
 def _all(scene: Scene, width: int, failed: int, quiet: int, apart: bool, long: bool) -> Iterator[Line]:

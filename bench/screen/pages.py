@@ -8,7 +8,7 @@ from itertools import product
 
 from bench.screen.palette import WORK_KEYS
 from bench.screen.scene import Scene
-from bench.screen.text import KEY, LABEL, PLAIN, TITLE, WARN, Line
+from bench.screen.text import KEY, LABEL, PLAIN, TALLER, TITLE, Line, cut_rows
 
 DRIVE_KEYS = (
     ("W S  ↑ ↓", "forward, back"),
@@ -69,10 +69,7 @@ def help_page(scene: Scene, width: int, height: int) -> list[Line]:
     for note in (first, *DRIVE_NOTES) if driving else REPLAY_NOTES:
         notes += [[(" " + part, LABEL)] for part in textwrap.wrap(note, width - 2)]
     lines += notes
-    if len(lines) > height:
-        more: Line = [(f" … {len(lines) - height + 1} more lines: {KEYS_SIZE[0]}x{KEYS_SIZE[1]} shows them", WARN)]
-        lines = [*lines[: height - 1], more]
-    return lines
+    return cut_rows(lines, height, f"{KEYS_SIZE[0]}x{KEYS_SIZE[1]} shows them")
 
 
 def _columns(sections: Sequence[list[Line]], most: int) -> list[list[Line]]:
@@ -104,4 +101,4 @@ def summary(scene: Scene, width: int, height: int) -> list[Line]:
     for sentence in scene.replay.summary:
         parts = textwrap.wrap(sentence, width - 2, subsequent_indent=" " * 10, break_on_hyphens=False)
         lines += [[(" " + part, PLAIN)] for part in parts]
-    return lines
+    return cut_rows(lines, height, TALLER)

@@ -149,6 +149,8 @@ def _link(scene: Scene, width: int) -> Line:
 def _keys(scene: Scene, width: int) -> Line:
     """How to stop, whatever else there is room for. SPACE keeps its place."""
     going = " P go on" if scene.pace.paused or scene.pace.behind_ticks else " P pause"
+    if scene.replay is not None and scene.replay.summary:
+        going = " ← → back" if scene.pace.goes_back else ""
     if scene.hands is None:
         leave: Line = [(" Esc quit", PLAIN)]
         return first_that_fits([[(going, PLAIN), _QUIT], leave, [("Esc", PLAIN)]], width)

@@ -33,6 +33,7 @@ _WORDS = itemgetter(0)
 ELLIPSIS = "…"
 NAME_WIDTH = 12
 """Of a wheel's name."""
+TALLER = "a taller terminal shows them"
 LONGEST_WORD = 20
 """What is longer is no word, and may be cut: a path, bytes."""
 
@@ -99,6 +100,13 @@ def both_ends(left: Line, right: Line, width: int, fill: str = PLAIN) -> Line:
     if room < 0:
         return fit(right, width, fill)
     return [*fit(left, room, fill), ("  ", fill), *right]
+
+
+def cut_rows(lines: list[Line], height: int, elsewhere: str) -> list[Line]:
+    """As many as there is room for; the last one then says how many more there are, and what shows them."""
+    if len(lines) <= height:
+        return lines
+    return [*lines[: height - 1], [(f" … {len(lines) - height + 1} more lines: {elsewhere}", WARN)]]
 
 
 def age(milliseconds: int) -> str:
