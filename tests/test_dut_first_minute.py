@@ -143,7 +143,9 @@ H7 = """
     UART_HandleTypeDef huart5, huart10;
     DMA_HandleTypeDef hdma_uart5_rx;
     typedef enum { PWR_GOOD, RCC_MINE_LOST } power_t;        /* a team's own names */
-    static const uint8_t FLASH_MINE = 3;
+    static const uint8_t RCC_MINE = 3, RCC_MINE_TOO[2] = {4, 5};
+    #define GPIO_AF7_MINE 6
+    #define __HAL_RCC_MINE_ENABLE() (GPIO_AF7_MINE)
     void SystemClock_Config(void) {
         RCC_OscInitTypeDef RCC_OscInitStruct = {0};
         RCC_ClkInitTypeDef RCC_ClkInitStruct = {0};
@@ -196,7 +198,7 @@ H7 = """
         HAL_UARTEx_SetRxFifoThreshold(&huart5, UART_RXFIFO_THRESHOLD_1_8);
         HAL_UARTEx_DisableFifoMode(&huart5);
         for (;;) __WFI();
-        return PWR_GOOD + RCC_MINE_LOST + FLASH_MINE;
+        return PWR_GOOD + RCC_MINE_LOST + RCC_MINE + RCC_MINE_TOO[1] + __HAL_RCC_MINE_ENABLE();
     }
     """
 G4 = """
@@ -242,6 +244,7 @@ F1 = """
         __HAL_RCC_CAN1_CLK_ENABLE();
         HAL_GPIO_Init(GPIOA, &pin);
         __HAL_AFIO_REMAP_SWJ_NOJTAG();
+        __HAL_DBGMCU_FREEZE_TIM1();
         HAL_NVIC_EnableIRQ(USB_LP_CAN1_RX0_IRQn);
     }
     void HAL_CAN_MspDeInit(CAN_HandleTypeDef *can) {
