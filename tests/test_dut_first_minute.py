@@ -323,6 +323,81 @@ def test_a_dma_tells_its_half_to_a_registered_callback_until_it_is_told_not_to(t
     assert sent == told
 
 
+def test_the_other_fifo_three_mailboxes_and_what_the_bus_does_not_carry(tmp_path):
+    source = """
+        #include "stm32f4xx_hal.h"
+        extern CAN_HandleTypeDef hcan1;
+        static void report(int what) {
+            CAN_TxHeaderTypeDef header = {.StdId = 0x100 + what};
+            HAL_CAN_AddTxMessage(&hcan1, &header, (const uint8_t *)"", 0);
+        }
+        static void heard(CAN_HandleTypeDef *can) {
+            CAN_RxHeaderTypeDef header;
+            uint8_t data[8];
+            int other = HAL_CAN_GetRxFifoFillLevel(can, CAN_RX_FIFO0);
+            int own = HAL_CAN_GetRxFifoFillLevel(can, CAN_RX_FIFO1);
+            if (HAL_CAN_GetRxMessage(can, CAN_RX_FIFO0, &header, data) == HAL_ERROR &&
+                HAL_CAN_GetRxMessage(can, CAN_RX_FIFO1, &header, data) == HAL_OK)
+                report(other * 256 + own * 16 + (header.StdId & 0xF));
+            if (header.StdId == 0x203) HAL_CAN_DeactivateNotification(can, CAN_IT_RX_FIFO1_MSG_PENDING);
+        }
+        int main(void) {
+            CAN_TxHeaderTypeDef remote = {.StdId = 1, .RTR = CAN_RTR_REMOTE}, extended = {.IDE = CAN_ID_EXT};
+            HAL_CAN_RegisterCallback(&hcan1, HAL_CAN_RX_FIFO1_MSG_PENDING_CB_ID, heard);
+            HAL_CAN_Start(&hcan1);
+            HAL_CAN_ActivateNotification(&hcan1, CAN_IT_RX_FIFO1_MSG_PENDING);
+            HAL_CAN_AddTxMessage(&hcan1, &remote, (const uint8_t *)"", 0);
+            HAL_CAN_AddTxMessage(&hcan1, &extended, (const uint8_t *)"", 0);
+            for (int i = 0; i < 6; i++) report(HAL_CAN_GetTxMailboxesFreeLevel(&hcan1));
+            report(HAL_CAN_GetTxMailboxesFreeLevel(&hcan1));
+            for (;;) __WFI();
+        }
+        """
+    base = firmware_of(made(tmp_path, source, '[wires]\ncan = "hcan1"\ncan_fifo = 1\n'))()
+    frames = tuple((0x201 + motor, bytes(8)) for motor in range(4))
+    told = [[can_id - 0x100 for can_id, _ in base.step(tick, b"", b"", frames)[0]] for tick in range(3)]
+    assert told == [[3, 3, 3, 3, 3, 3, 2], [0x11, 0x12, 0x13], []], "what came before it began is lost"
+    assert base.output().count("extended or remote CAN frame was sent") == 1
+
+
+def test_a_plain_dma_its_halves_and_a_timer_by_a_registered_callback(tmp_path):
+    source = """
+        #include "stm32f4xx_hal.h"
+        extern UART_HandleTypeDef huart1;
+        extern CAN_HandleTypeDef hcan1;
+        extern TIM_HandleTypeDef htim6;
+        static DMA_HandleTypeDef dma = {.Init.Mode = DMA_NORMAL};
+        static uint8_t in[4];
+        static void report(int what) {
+            CAN_TxHeaderTypeDef header = {.StdId = what};
+            HAL_CAN_AddTxMessage(&hcan1, &header, (const uint8_t *)"", 0);
+        }
+        void HAL_UART_RxHalfCpltCallback(UART_HandleTypeDef *uart) {
+            report(0x10 + __HAL_DMA_GET_COUNTER(uart->hdmarx));
+        }
+        void HAL_UART_RxCpltCallback(UART_HandleTypeDef *uart) {
+            report(0x20 + __HAL_DMA_GET_COUNTER(uart->hdmarx));
+            __HAL_DMA_DISABLE_IT(&dma, DMA_IT_HT);
+            HAL_UART_Receive_DMA(uart, in, sizeof in);                /* which lets the half be told again */
+        }
+        void HAL_TIM_Base_MspInit(TIM_HandleTypeDef *timer) { HAL_TIM_Base_Start_IT(timer); }
+        static void elapsed(TIM_HandleTypeDef *timer) { report(0x30); }
+        int main(void) {
+            HAL_CAN_Start(&hcan1);
+            __HAL_LINKDMA(&huart1, hdmarx, dma);
+            HAL_UART_Receive_DMA(&huart1, in, sizeof in);
+            HAL_TIM_RegisterCallback(&htim6, HAL_TIM_PERIOD_ELAPSED_CB_ID, elapsed);
+            HAL_TIM_Base_Init(&htim6);
+            for (;;) __WFI();
+        }
+        """
+    toml = '[wires]\nrc = "huart1"\ncan = "hcan1"\n[[timer]]\nhandle = "htim6"\nperiod_ms = 3\n'
+    base = firmware_of(made(tmp_path, source, toml))()
+    line = {1: b"ab", 2: b"cde", 4: b"f"}
+    told = [[can_id for can_id, _ in base.step(tick, line.get(tick, b""), b"", ())[0]] for tick in range(6)]
+    assert told == [[], [0x12], [0x20], [0x30], [0x12], []]
+
+
 def test_init_keeps_the_file_that_links_a_uart_to_its_dma(tmp_path):
     for name in ("main.c", "stm32f4xx_hal_msp.c", "stm32f4xx_it.c", "stm32f4xx_hal_timebase_tim.c"):
         (tmp_path / name).write_text("")

@@ -273,6 +273,168 @@ def test_a_queue_that_is_overwritten_or_emptied_lets_who_waits_for_it_go_on_at_o
     assert sent(tmp_path, source, 4) == [(2, 5), (2, 0x10), (2, 0x20), (2, 0x11)]
 
 
+def test_who_runs_follows_priorities_and_what_holds_the_scheduler(tmp_path):
+    source = """
+    static TaskHandle_t high;
+    static void hears(void *unused) {
+        for (;;)
+            if (ulTaskNotifyTake(pdTRUE, portMAX_DELAY)) put(0x10);
+    }
+    static void says(void *unused) {
+        xTaskNotifyGive(high);
+        put(1);
+        vTaskPrioritySet(NULL, 3);
+        xTaskNotifyGive(high);
+        put(2);
+        vTaskPrioritySet(NULL, 1);
+        put(3);
+        vTaskDelay(1);
+        taskENTER_CRITICAL();
+        xTaskNotifyGive(high);
+        put(4);
+        taskEXIT_CRITICAL();
+        put(5);
+        vTaskSuspendAll();
+        xTaskNotifyGive(high);
+        while (wb_millis() < 4) {}                               /* ticks pass, and nobody else runs */
+        if (xTaskGetSchedulerState() == taskSCHEDULER_SUSPENDED) put(6);
+        xTaskResumeAll();
+        put(7);
+        vTaskDelete(NULL);
+    }
+    int main(void) {
+        xTaskCreate(hears, "hears", 128, NULL, 2, &high);
+        xTaskCreate(says, "says", 128, NULL, 1, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert sent(tmp_path, source, 6) == [
+        (0, 0x10), (0, 1), (0, 2), (0, 0x10), (0, 3), (1, 4), (1, 0x10), (1, 5), (4, 6), (4, 0x10), (4, 7),
+    ]  # fmt: skip
+
+
+def test_notifications_are_counted_cleared_and_forgotten_as_asked_for(tmp_path):
+    source = """
+    static void run(void *unused) {
+        TaskHandle_t self = xTaskGetCurrentTaskHandle();
+        uint32_t value = 9;
+        TickType_t past = xTaskGetTickCount();
+        xTaskNotifyGive(self);
+        xTaskNotifyGive(self);
+        put((int)ulTaskNotifyTake(pdFALSE, 0));                  /* 2, and one stays */
+        put((int)ulTaskNotifyTake(pdTRUE, 0));
+        put((int)ulTaskNotifyTake(pdTRUE, 0));
+        vTaskDelay(1);
+        xTaskNotify(self, 0x33, eSetBits);
+        if (xTaskNotifyWait(0, 0x03, &value, 0)) put((int)value);
+        if (!xTaskNotifyWait(0x10, 0, &value, 0)) put((int)value);
+        xTaskNotify(self, 0, eNoAction);
+        if (xTaskNotifyStateClear(NULL) && !xTaskNotifyStateClear(NULL) && !xTaskNotifyWait(0, 0, &value, 1)) put(0x40);
+        vTaskDelay(3);
+        if (!xTaskDelayUntil(&past, 2) && past == 2 && xTaskDelayUntil(&past, 5)) put(0x41);
+        for (;;) vTaskDelay(1000);
+    }
+    int main(void) {
+        xTaskCreate(run, "run", 128, NULL, 2, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert sent(tmp_path, source, 9) == [(0, 2), (0, 1), (0, 0), (1, 0x33), (1, 0x20), (2, 0x40), (7, 0x41)]
+
+
+def test_a_full_queue_takes_again_what_waits_for_room_and_a_look_leaves_what_is_there(tmp_path):
+    source = """
+    static QueueHandle_t queue;
+    static void writes(void *unused) {
+        for (uint8_t item = 1; item < 4; item++) {
+            xQueueSend(queue, &item, portMAX_DELAY);
+            put(0x10 + item);
+        }
+        vTaskDelete(NULL);
+    }
+    static void reads(void *unused) {
+        uint8_t item = 0;
+        vTaskDelay(1);
+        if (xQueuePeek(queue, &item, 0) && uxQueueSpacesAvailable(queue) == 0) put(item);
+        if (xQueueReceive(queue, &item, 0)) put(0x20 + item);
+        if (xQueueReceive(queue, &item, 0)) put(0x20 + item);
+        if (xQueueReceive(queue, &item, 0) && !xQueueReceive(queue, &item, 2)) put(0x20 + item);
+        for (;;) vTaskDelay(1000);
+    }
+    int main(void) {
+        queue = xQueueCreate(2, 1);
+        xTaskCreate(writes, "writes", 128, NULL, 2, NULL);
+        xTaskCreate(reads, "reads", 128, NULL, 1, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert sent(tmp_path, source, 4) == [(0, 0x11), (0, 0x12), (1, 1), (1, 0x13), (1, 0x21), (1, 0x22), (3, 0x23)]
+
+
+def test_all_bits_or_any_cleared_or_kept(tmp_path):
+    source = """
+    static EventGroupHandle_t group;
+    static void waits(void *unused) {
+        put((int)xEventGroupWaitBits(group, 0x3, pdTRUE, pdTRUE, portMAX_DELAY));
+        put((int)xEventGroupWaitBits(group, 0x4, pdFALSE, pdFALSE, 0));
+        put((int)xEventGroupWaitBits(group, 0x4, pdTRUE, pdTRUE, 0));
+        put((int)xEventGroupClearBits(group, 0x8));
+        put((int)xEventGroupWaitBits(group, 0x4, pdTRUE, pdFALSE, 1));
+        put(0x20);
+        put((int)(osThreadFlagsWait(1, osFlagsWaitAny | osFlagsNoClear, 0) & osThreadFlagsWait(1, osFlagsWaitAny, 0)));
+        if (osThreadFlagsWait(1, osFlagsWaitAny, 0) == osFlagsErrorResource) put(0x21);
+        for (;;) vTaskDelay(1000);
+    }
+    static void sets(void *task) {
+        osThreadFlagsSet(*(TaskHandle_t *)task, 1);
+        xEventGroupSetBits(group, 0xC);
+        xEventGroupSetBits(group, 0x1);
+        put(0x10);
+        vTaskDelay(1);
+        xEventGroupSetBits(group, 0x2);
+        for (;;) vTaskDelay(1000);
+    }
+    int main(void) {
+        static TaskHandle_t waiting;
+        group = xEventGroupCreate();
+        xTaskCreate(waits, "waits", 128, NULL, 2, &waiting);
+        xTaskCreate(sets, "sets", 128, &waiting, 1, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert sent(tmp_path, source, 4) == [
+        (0, 0x10), (1, 0xF), (1, 0xC), (1, 0xC), (1, 0x8), (2, 0), (2, 0x20), (2, 1), (2, 0x21),
+    ]  # fmt: skip
+
+
+def test_timers_once_and_again_stopped_and_behind_tasks_of_higher_priority(tmp_path):
+    """configTIMER_TASK_PRIORITY is 2 as a generator sets it."""
+    source = """
+    static TimerHandle_t again, once, late;
+    static void told(TimerHandle_t timer) { put(*(int *)pvTimerGetTimerID(timer)); }
+    static void run(void *unused) {
+        static int ids[3] = {0x10, 0x20, 0x30};
+        again = xTimerCreate("again", 2, pdTRUE, &ids[0], told);
+        once = xTimerCreate("once", 3, pdFALSE, &ids[1], told);
+        late = xTimerCreate("late", 1, pdFALSE, &ids[2], told);
+        xTimerStart(again, 0);
+        xTimerStart(once, 0);
+        xTimerChangePeriod(late, 5, 0);
+        vTaskDelay(4);                                           /* 2 and 4 again, 3 once */
+        xTimerStop(again, 0);
+        if (!xTimerIsTimerActive(again) && !xTimerIsTimerActive(once) && xTimerIsTimerActive(late)) put(1);
+        while (wb_millis() < 7) {}
+        put(2);
+        vTaskDelete(NULL);
+    }
+    int main(void) {
+        xTaskCreate(run, "run", 128, NULL, 3, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert sent(tmp_path, source, 12) == [(2, 0x10), (3, 0x20), (4, 1), (7, 2), (7, 0x30)]
+
+
 INTERRUPTED = """
     #include "stm32f4xx_hal.h"
     extern TIM_HandleTypeDef htim6;
