@@ -5,7 +5,7 @@ walls it touched. Wheels and floor are the plant's business.
 
 Mostly nothing is near. In the open a body moves by the few sums that the engine would do, to the last bit
 (`tests/test_hull.py` holds them beside it), without the way there and back, which is a tenth of the bench's whole tick.
-Near a wall the engine has it, and in an arena with discs, which move too, always.
+Near a wall or a disc, and while a disc moves, the engine has it.
 
 Frame: field x, y in metres, heading counter-clockwise. A step moves the body by its old velocity and then changes it.
 """
@@ -27,10 +27,9 @@ from bench.messages import BodyTwist, Pose
 WALL_THICKNESS_M = 0.2
 """Far more than a step at any speed of a robot, so that nothing tunnels."""
 NEAR_M = 0.05
-"""With a wall as near as this the engine has the body. It finds what overlaps: any distance would do."""
+"""With anything as near as this the engine has the body. It finds what overlaps: any distance would do."""
 LOOK_TICKS = 100
-"""How often a body near a wall is asked whether it is in the open again, twice as far away. By then the engine has
-long forgotten its last contact, which it does 3 steps after it ended."""
+"""How often a body that the engine has is asked whether it is in the open again, twice as far away."""
 COLLISION_SLOP_M = 1e-4
 """Overlap that the engine leaves alone. Its own default of 0.1 is meant for pixels."""
 ROBOT, WALL = 1, 2
@@ -153,8 +152,8 @@ class Hull:
         self._open = None
         if self._arena is None:
             self._open = -math.inf, math.inf, -math.inf, math.inf
-        elif not self._discs:
-            clear = self._arena.clearance_m(x, y) - self._radius
+        elif self.is_free:
+            clear = min([self._arena.clearance_m(x, y), *(disc.nearest(x, y)[0] for disc in self.discs)]) - self._radius
             if clear >= 2.0 * NEAR_M:
                 side = (clear - NEAR_M) * math.sqrt(0.5)
                 self._open = x - side, x + side, y - side, y + side

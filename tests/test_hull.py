@@ -79,7 +79,11 @@ def driven_about(arena, monkeypatch, near_m):
     return states, touched, engine_steps
 
 
-@pytest.mark.parametrize("arena", [FIELD, Arena(walls=(Wall(0.9, -2.0, 1.1, 0.8), Wall(-1.5, 0.0, -1.5, 0.4)))])
+WALLED = Arena(walls=(Wall(0.9, -2.0, 1.1, 0.8), Wall(-1.5, 0.0, -1.5, 0.4)))
+LITTERED = Arena(discs=(Disc("box", 1.4, 0.1, 0.1, 1.0, 0.6), Disc("ball", -0.9, -0.3, 0.02, 0.045, 0.1)))
+
+
+@pytest.mark.parametrize("arena", [FIELD, WALLED, LITTERED], ids=["field", "walls", "discs"])
 def test_to_a_wall_and_back_it_goes_as_it_would_with_the_engine_all_along(arena, monkeypatch):
     states, touched, near = driven_about(arena, monkeypatch, hull_module.NEAR_M)
     engines, engine_touched, always = driven_about(arena, monkeypatch, math.inf)
@@ -107,8 +111,9 @@ def test_what_is_kept_of_it_goes_on_as_it_did(steps):
 
 def test_a_disc_is_met_wherever_it_has_been_pushed_to():
     hull = Hull(BODY, Arena(discs=(Disc("box", 0.8, -0.17, 0.1, 1.0),)), START, BodyTwist(0.0, 0.0, 0.0))
-    for _ in range(2500):
-        hull.move(8.0 - 10.0 * hull.vx_mps, -10.0 * hull.vy_mps, 0.0, STEP_S)
+    for step in range(6000):
+        way = -1.0 if 1200 <= step < 2400 else 1.0  # to it, pushing it, back from it and to it again
+        hull.move(8.0 * way - 10.0 * hull.vx_mps, -10.0 * hull.vy_mps, 0.0, STEP_S)
     (disc,) = hull.discs
     assert disc.x1_m > 1.2
     assert disc.x1_m - hull.position_m[0] == pytest.approx(BODY.radius_m + 0.1, abs=0.002)
