@@ -517,6 +517,17 @@ def test_a_failed_check_is_marked_in_the_title_of_every_size_that_has_pages():
         assert re.search(" 4( checks)?✗ ", row), row
 
 
+@pytest.mark.parametrize("size", [(59, 16), (40, 12)])
+def test_on_a_small_terminal_what_has_failed_is_told_and_what_has_the_mouse(size):
+    words = " ".join(screen(scene(agree=AGREE, lamps=LAMPS), *size).split())
+    red = [lamp.name for lamp in (*LAMPS, *AGREE) if lamp.state == "failed"]
+    assert red
+    assert f"✗ FAILED: {', '.join(red)}" in words
+    assert "FAILED" not in screen(SCENE, *size)
+    assert "the mouse's sticks; M gives the mouse back" in " ".join(screen(scene(hands=PAD), *size).split())
+    assert "mouse" not in screen(SCENE, *size)
+
+
 @pytest.mark.parametrize(
     ("width", "height", "pace", "shown"),
     [

@@ -1,5 +1,6 @@
 """What the screen is told of the wires: counts, rates and loads against what was put on them, and in bounded memory."""
 
+import struct
 import tracemalloc
 from random import Random
 
@@ -17,10 +18,17 @@ from bench.io.tap import KEPT_TICKS, Tap
 from bench.io.wires.counts import MOST_ROWS, Row
 from bench.io.wires.log import LOGGED, LOOKED_AT, WireLog
 from bench.io.wires.wiretap import Wiretap
+from bench.io.wires.words import CanWords
 from bench.messages import TickOutput
 
 M2006 = load_robot("m2006")
 COMMAND, FEEDBACK = bytes.fromhex("FDA8 0078 FEC9 0000"), bytes.fromhex("04D2 E9F0 FDA8 0000")
+
+
+def test_a_motors_state_is_not_called_an_error():
+    words = CanWords(load_robot("dm3519"))
+    for state, said in ((1, "on"), (0, "off"), (0xA, "over-current"), (7, "7")):
+        assert words.said(0x201, struct.pack(">HhhBB", 1234, -50, 40, 25, state)).endswith(f"  25 °C  {said}")
 
 
 def tick(number, rc=b"", to_base=b"", to_core=b"", commands=(), feedback=()):

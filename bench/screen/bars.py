@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
-from bench.screen.checks import has_failed
+from bench.screen.checks import red_lamps
 from bench.screen.edges import HELP_AND_QUIT, hands_always, tabs
 from bench.screen.layout import CHECKS
 from bench.screen.scene import Hands, Scene
@@ -67,7 +67,7 @@ def _cut_title(scene: Scene, name: str, doing: str, width: int) -> Line:
 
 
 def _tabs(scene: Scene, *, long: bool) -> Line:
-    return tabs(scene.shown.page, {CHECKS: "✗"} if has_failed(scene) else {}, long=long)
+    return tabs(scene.shown.page, {CHECKS: "✗"} if red_lamps(scene) else {}, long=long)
 
 
 def _times(scene: Scene) -> tuple[Line, Line]:

@@ -79,9 +79,10 @@ def glance(scene: Scene, width: int, height: int) -> list[Line]:
     return lines
 
 
-def has_failed(scene: Scene) -> bool:
-    """Whether a lamp is red: an expectation's or that of the wires."""
-    return FAILED in _states(scene)
+def red_lamps(scene: Scene) -> list[str]:
+    """What has failed by name: expectations and checks of the wires."""
+    expected = [lamp.name for lamp in scene.lamps if lamp.state == FAILED]
+    return expected + [lamp.name for lamp in scene.agree if lamp.state == FAILED]
 
 
 def _states(scene: Scene) -> list[str]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from bench.link import DEGRADED, LIVE
 from bench.screen.bars import LEAST_NAME
+from bench.screen.checks import red_lamps
 from bench.screen.edges import STOP, enter_does
 from bench.screen.layout import SMALLEST
 from bench.screen.scene import Scene
@@ -171,6 +172,8 @@ def _more(scene: Scene, width: int) -> Iterator[_Part]:
     yield _Part(3, [], scene.notice)
     for finding in snapshot.bus_findings[-1:]:
         yield _Part(4, [], f"bus: {finding}")
+    if red := red_lamps(scene):
+        yield _Part(4, [], f"✗ FAILED: {', '.join(red)}")
     if scene.replay is not None and scene.replay.verdict:
         yield _Part(5, [], f"golden {scene.replay.verdict}")
     yield from _motion(scene, width)
@@ -185,7 +188,9 @@ def _open(scene: Scene) -> str:
         return f"open: {scene.dialog.title}; Esc closes it, {size}"
     if scene.shown.menu is not None:
         return f"open: {scene.shown.menu.kind}; Esc closes it, {size}"
-    return f"open: the page of keys; ? closes it, {size}" if scene.help else ""
+    if scene.help:
+        return f"open: the page of keys; ? closes it, {size}"
+    return f"open: the mouse's sticks; M gives the mouse back, {size}" if scene.hands and scene.hands.pad else ""
 
 
 def _motion(scene: Scene, width: int) -> Iterator[_Part]:

@@ -56,7 +56,7 @@ def _form(message: Message | None) -> _Form:
     units = [_UNITS.get(one.suffix, one.suffix).replace("%", "%%") for one in fields]
     parts = []
     for place, one in enumerate(fields):
-        number = f"{one.name} %s" if one.words else "%+6d" if one.signed else "%4d"
+        number = "%s" if one.words else "%+6d" if one.signed else "%4d"
         is_last = place + 1 == len(units) or units[place + 1] != units[place]
         parts.append(number + (f" {units[place]}" if is_last and units[place] else ""))
     named = any(one.words for one in fields)
