@@ -517,6 +517,20 @@ def test_a_failed_check_is_marked_in_the_title_of_every_size_that_has_pages():
         assert re.search(" 4( checks)?✗ ", row), row
 
 
+@pytest.mark.parametrize(
+    ("size", "address"),
+    [
+        ((80, 24), "can:slcan:/dev/serial/by-id/usb-CANable-adapter-01234567-if00-port0:"),
+        ((40, 12), "slcan:/dev/ttyCAN-01-of-the-robot:"),
+    ],
+)
+def test_a_port_in_a_notice_is_not_broken_where_its_name_has_a_hyphen(size, address):
+    rows = picture(
+        scene(notice=f"--can is what {address} was: lost (the other end has closed it); zero until it is back"), *size
+    )
+    assert any(address in row for row in rows), rows
+
+
 @pytest.mark.parametrize("size", [(59, 16), (40, 12)])
 def test_on_a_small_terminal_what_has_failed_is_told_and_what_has_the_mouse(size):
     words = " ".join(screen(scene(agree=AGREE, lamps=LAMPS), *size).split())

@@ -141,7 +141,7 @@ def notice(scene: Scene, width: int, height: int) -> list[Line]:
 
 
 def _wrapped(scene: Scene, width: int) -> list[str]:
-    return textwrap.wrap(scene.notice, max(10, width - 2), max_lines=3, placeholder=" …")
+    return textwrap.wrap(scene.notice, max(10, width - 2), max_lines=3, placeholder=" …", break_on_hyphens=False)
 
 
 def _always(scene: Scene) -> Line:

@@ -65,7 +65,10 @@ def _chosen(parts: list[_Part], width: int, room: int) -> list[Line]:
         if sentence and room:
             # A word that is longer than the row would be cut, and so is not there.
             words = " ".join(word for word in sentence.split() if len(word) <= width - 3)
-            wrapped = textwrap.wrap(words, max(4, width - 1), max_lines=min(room, MOST_ROWS), placeholder=" …")
+            rows_left = min(room, MOST_ROWS)
+            wrapped = textwrap.wrap(
+                words, max(4, width - 1), max_lines=rows_left, placeholder=" …", break_on_hyphens=False
+            )
             rows[at] = [[(f" {row}", WARN)] for row in wrapped]
         elif line and room:
             rows[at] = [line]
