@@ -531,6 +531,29 @@ def test_a_port_in_a_notice_is_not_broken_where_its_name_has_a_hyphen(size, addr
     assert any(address in row for row in rows), rows
 
 
+LACKS = "it has no axis 2 (turn), no button 1 (stop); another --gamepad-map may fit"
+
+
+@pytest.mark.parametrize(
+    ("source", "state"),
+    [("gamepad", "let its sticks go first"), ("gamepad", LACKS), ("receiver", "cut off; Enter lets it through")],
+)
+@pytest.mark.parametrize("size", [(120, 40), (80, 24), (60, 16), (40, 12), (170, 50)])
+def test_why_what_has_the_sticks_does_not_drive_is_told_on_every_size(size, source, state):
+    stands = Hands(50, True, False, arms=source == "gamepad", source=source, source_state=state)
+    rows = picture(scene(hands=stands), *size)
+    told = " ".join(" ".join(row[row.rfind("│") + 1 :] for row in rows).split())
+    assert f"{source}: {state[: 40 if state == LACKS else None]}" in told
+    assert size[0] == 40 or rows[-1].startswith(f" I {source}")
+    assert "…" not in rows[-1]
+    assert state not in screen(scene(hands=stands, pace=Pace(paused=True)), 60, 16), "time stands still anyhow"
+    said = screen(scene(hands=stands, notice="transmitter off"), *size)
+    assert "transmitter off" in said
+    drives = picture(scene(hands=replace(stands, source_state="")), *size)
+    assert size[0] == 40 or drives[-1].startswith(f" I {source}")
+    assert f"{source}:" not in "\n".join(drives)
+
+
 @pytest.mark.parametrize("size", [(59, 16), (40, 12)])
 def test_on_a_small_terminal_what_has_failed_is_told_and_what_has_the_mouse(size):
     words = " ".join(screen(scene(agree=AGREE, lamps=LAMPS), *size).split())

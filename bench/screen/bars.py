@@ -106,21 +106,18 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     always = _always(scene)
     if scene.notice and not notice_rows(scene, width):
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
-    if scene.replay is not None and scene.replay.summary:
-        ways = ("drive on from here", "fork") if scene.pace.goes_back else ()
-        lines = [_keys(("← →", "go back in it"), ("G", way)) for way in ways] or [[]]
-    elif scene.pace.paused or scene.pace.behind_ticks:
-        lines = _paused_keys(scene)
-    elif hands is None:
-        lines = [_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), _keys(("P", "pause"))]
-    else:
-        lines = _drive_keys(hands)
+    lines = _keys_of_time(scene) or (_watch_keys() if hands is None else _drive_keys(hands))
     room = width - 2 - width_of(always)
     return [both_ends(next((line for line in lines if width_of(line) <= room), lines[-1]), always, width)]
 
 
-def _paused_keys(scene: Scene) -> list[Line]:
-    """The keys of time that this run has, from many words to few."""
+def _keys_of_time(scene: Scene) -> list[Line]:
+    """Where it stands still: the keys of time that this run has, from many words to few."""
+    if scene.replay is not None and scene.replay.summary:
+        ways = ("drive on from here", "fork") if scene.pace.goes_back else ()
+        return [_keys(("← →", "go back in it"), ("G", way)) for way in ways] or [[]]
+    if not scene.pace.paused and not scene.pace.behind_ticks:
+        return []
     step, on = [(".", "one tick on")] if scene.pace.steps else [], ("P", "go on")
     if not scene.pace.goes_back:
         return [_keys(*step, on), _keys(on)]
@@ -128,10 +125,12 @@ def _paused_keys(scene: Scene) -> list[Line]:
     return [long, _keys(("← → , .", "time"), ("G", "fork"), ("P", "on")), _keys(on)]
 
 
+def _watch_keys() -> list[Line]:
+    return [_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), _keys(("P", "pause"))]
+
+
 def notice_rows(scene: Scene, width: int) -> int:
-    """How many rows above the footer a notice takes that is too long for it."""
-    if len(scene.notice) + 3 + width_of(_always(scene)) <= width:
-        return 0
+    """How many rows above the footer a sentence takes that is too long for it."""
     return len(_wrapped(scene, width))
 
 
@@ -140,8 +139,19 @@ def notice(scene: Scene, width: int, height: int) -> list[Line]:
     return [[(" " + part, WARN)] for part in _wrapped(scene, width)]
 
 
+def source_state(hands: Hands | None) -> str:
+    """Why what has the sticks does not drive, in words."""
+    return f"{hands.source}: {hands.source_state}" if hands and hands.source != "keys" and hands.source_state else ""
+
+
 def _wrapped(scene: Scene, width: int) -> list[str]:
-    return textwrap.wrap(scene.notice, max(10, width - 2), max_lines=3, placeholder=" …", break_on_hyphens=False)
+    """A notice goes by, so it may have more room than how a source is, which stays."""
+    text, rows, room = scene.notice, 3, width - 3 - width_of(_always(scene))
+    if not text and not _keys_of_time(scene):
+        text, rows, room = source_state(scene.hands), 1, room - 2
+    if len(text) <= room:
+        return []
+    return textwrap.wrap(text, max(10, width - 2), max_lines=rows, placeholder=" …", break_on_hyphens=False)
 
 
 def _always(scene: Scene) -> Line:
@@ -156,7 +166,7 @@ def _drive_keys(hands: Hands) -> list[Line]:
     """
     power = f"{hands.power_percent} %"
     if hands.source != "keys":
-        return [_keys(("I", hands.source + (f": {hands.source_state}" if hands.source_state else " drives")))]
+        return [_keys(("I", source_state(hands) or f"{hands.source} drives")), _keys(("I", hands.source))]
     core = [("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")] if hands.core_asks is not None else []
     if hands.transmitter_on is None:
         return [_keys(*core, ("Z", "follow")), _keys(("C", "core") if core else ("Z", "follow"))]

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from bench.link import DEGRADED, LIVE
-from bench.screen.bars import LEAST_NAME
+from bench.screen.bars import LEAST_NAME, source_state
 from bench.screen.checks import red_lamps
 from bench.screen.edges import STOP, enter_does
 from bench.screen.layout import SMALLEST
@@ -173,6 +173,7 @@ def _more(scene: Scene, width: int) -> Iterator[_Part]:
     if snapshot.armed is False:
         yield _Part(2, [], f"why {snapshot.why_disarmed}")
     yield _Part(3, [], scene.notice)
+    yield _Part(4, [], source_state(scene.hands))
     for finding in snapshot.bus_findings[-1:]:
         yield _Part(4, [], f"bus: {finding}")
     if red := red_lamps(scene):
