@@ -4,7 +4,7 @@ What enters: the force on the body and its torque, once a step. What leaves: whe
 walls it touched. Wheels and floor are the plant's business.
 
 Mostly nothing is near. In the open a body moves by the few sums that the engine would do, to the last bit
-(`tests/test_hull.py` holds them beside it), without the way there and back, which is a tenth of the bench's whole tick.
+(`tests/test_hull.py` holds them beside it), without the way there and back, which was a sixth of the whole tick.
 Near a wall or a disc, and while a disc moves, the engine has it.
 
 Frame: field x, y in metres, heading counter-clockwise. A step moves the body by its old velocity and then changes it.
