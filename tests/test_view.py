@@ -280,6 +280,16 @@ def test_a_canvas_of_braille():
     assert [text.plain(line) for line in canvas.lines()] == ["⢁⠉"]
 
 
+def test_a_trace_is_joined_to_the_column_before_it_but_not_over_a_gap_and_has_its_own_colour():
+    canvas = Canvas(4, 2)
+    canvas.stipple(text.GRID, y=7)
+    canvas.trace([(0, 0), (3, 3), None, (7, 7), (0, 0), None, None, (4, 5)], text.TRACE)
+    upper, lower = canvas.lines()
+    assert (text.plain(upper), text.plain(lower)) == ("⢱ ⡇ ", "⡀⣀⡇⡘")  # the grid: the left dot of each lowest row
+    assert upper == [("⢱ ⡇ ", text.TRACE)]
+    assert lower == [("⡀", text.GRID), ("⣀⡇⡘", text.TRACE)]
+
+
 def test_bars():
     assert text.swing_bar(0.0, 0.0, 10.0, 9) == "····│····"
     assert text.swing_bar(5.0, 10.0, 10.0, 9) == "····│██·◆"
