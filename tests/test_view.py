@@ -283,11 +283,11 @@ def test_a_canvas_of_braille():
 def test_a_trace_is_joined_to_the_column_before_it_but_not_over_a_gap_and_has_its_own_colour():
     canvas = Canvas(4, 2)
     canvas.stipple(text.GRID, y=7)
-    canvas.trace([(0, 0), (3, 3), None, (7, 7), (0, 0), None, None, (4, 5)], text.TRACE)
+    canvas.trace([(0, 0), (3, 3), None, (7, 7), (0, 0), None, None, (4, 5)], text.OTHER_TRACE)
     upper, lower = canvas.lines()
     assert (text.plain(upper), text.plain(lower)) == ("⢱ ⡇ ", "⡀⣀⡇⡘")  # the grid: the left dot of each lowest row
-    assert upper == [("⢱ ⡇ ", text.TRACE)]
-    assert lower == [("⡀", text.GRID), ("⣀⡇⡘", text.TRACE)]
+    assert upper == [("⢱ ⡇ ", text.OTHER_TRACE)]
+    assert lower == [("⡀", text.GRID), ("⣀⡇⡘", text.OTHER_TRACE)]
 
 
 def test_bars():
@@ -490,6 +490,20 @@ def test_the_frame_of_a_narrow_arena_says_what_it_has_room_for():
     assert "└ ↑ robot  + odometry ─" in screen(SCENE)
     assert "└ ↑ robot  + odometry × slipped ─" in screen(scene(slips=slips))
     assert "└ × slipped ─" in screen(scene(slips=slips, hands=None, replay=Replay("demo", 20_000)))
+
+
+@pytest.mark.parametrize(
+    ("width", "middle"),
+    [
+        (80, "  50 ms a division, 500 ms across, trigger at 11.900 s  "),
+        (66, "  50 ms a division, trigger at 11.900 s  "),
+        (45, "  50 ms a division  "),
+    ],
+)
+def test_the_time_below_the_scope_is_cut_by_its_least_words(width, middle):
+    row = text.plain(draw("scope", scene(shown=Shown("scope")), width, 12)[-1])
+    assert row.startswith(f"{'':9}-100 ms{middle}")
+    assert row.endswith("  400 ms ")
 
 
 def test_a_pressed_bumper_is_a_word_in_the_frame_and_an_arc_outside_of_the_ring():

@@ -22,7 +22,9 @@ from bench.screen.text import (
     WARN_BADGE,
     Line,
     both_ends,
+    first_that_fits,
     fit,
+    width_of,
 )
 from bench.screen.wiretable import WIDE_FROM, building
 
@@ -197,11 +199,13 @@ def _sources(count: int, width: int) -> tuple[int, ...]:
 def _time(picture: ScopePicture, width: int) -> Line:
     span = picture.settings.span_ms
     left = picture.start_tick - (picture.trigger_tick or 0)
-    per = f"{_ms(span / DIVISIONS)} a division, {_ms(span)} across"
+    per, across = f"{_ms(span / DIVISIONS)} a division", f", {_ms(span)} across"
+    at = f", trigger at {picture.trigger_tick / 1000:.3f} s" if picture.trigger_tick is not None else ""
     ends = (_ms(left), _ms(left + span)) if picture.trigger_tick is not None else (f"-{_ms(span)}", "now")
-    middle = per if picture.trigger_tick is None else f"{per}, trigger at {picture.trigger_tick / 1000:.3f} s"
-    line: Line = [(" " * GUTTER + ends[0] + "  ", LABEL), (middle, PLAIN)]
-    return both_ends(line, [(ends[1] + " ", LABEL)], width)
+    middles = (f"{per}{across}{at}", f"{per}{at}", per, "")
+    lines: list[Line] = [[(" " * GUTTER + ends[0] + "  ", LABEL), (middle, PLAIN)] for middle in middles]
+    right: Line = [(ends[1] + " ", LABEL)]
+    return both_ends(first_that_fits(lines, width - width_of(right) - 2), right, width)
 
 
 def _ms(milliseconds: float) -> str:
