@@ -4,6 +4,7 @@ import asyncio
 import json
 import os
 import re
+import select
 import shutil
 import signal
 import socket
@@ -143,18 +144,22 @@ def test_a_server_that_is_killed_leaves_no_robot_that_drives(aiohttp, tmp_path):
         whole(tmp_path / "run")
 
 
-def test_what_is_refused_while_the_bench_is_built_ends_the_page(aiohttp, tmp_path):
+def test_what_is_refused_while_the_bench_is_built_ends_the_page_which_says_where_it_is_told(aiohttp, tmp_path):
     async def refused(address):
         seen = b""
         async with aiohttp.ClientSession() as browser:
             headers = {"Origin": f"http://{address}"}
             async with browser.ws_connect(f"ws://{address}/ws?width=80&height=24", headers=headers) as page:
+                async with browser.get(f"http://{address}/") as answer:
+                    assert "says what was\nrecorded, or why nothing was driven" in await answer.text()
                 while (message := await page.receive(timeout=DEADLINE_S)).type is aiohttp.WSMsgType.BINARY:
                     seen += message.data
         return seen
 
-    with served(tmp_path, "--profile", "nobody") as (address, _):
+    with served(tmp_path, "--profile", "nobody") as (address, server):
         assert BUILDING.upper().encode() in asyncio.run(refused(address))
+        assert select.select([server.stdout], [], [], DEADLINE_S)[0], "the server says nothing of it"
+        assert b"no profile is called 'nobody'" in server.stdout.readline()
 
 
 def test_a_port_that_is_taken_is_a_sentence(aiohttp, tmp_path):

@@ -44,7 +44,8 @@ a {{ color: #6fc3df; }}
 </style>
 </head>
 <body>
-<div class="ended"><p>The drive has ended, and the robot is at rest.</p><p>One page drives at a time.
+<div class="ended"><p>The drive has ended, and the robot is at rest. The terminal that serves this page says what was
+recorded, or why nothing was driven.</p><p>One page drives at a time.
 <a href="/">Drive again</a></p></div>
 <div id="terminal" class="textual-terminal" data-session-websocket-url="ws://{host}/ws" data-font-size="{size}"></div>
 </body>
