@@ -90,6 +90,7 @@ def test_version_1_as_older_generators_write_it(tmp_path):
     osSemaphoreId semHandle;
     osMutexId mutexHandle;
     static void once(void const *given) { put(0x60); }
+    static void Spins(void const *argument) { for (;;) {} }          /* below the timers, which are at 2 */
     static void High(void const *argument) {
         osEvent event;
         uint32_t last = osKernelSysTick();
@@ -130,6 +131,8 @@ def test_version_1_as_older_generators_write_it(tmp_path):
         osTimerStart(osTimerCreate(osTimer(timer), osTimerOnce, NULL), 3);
         osThreadDef(low, Low, osPriorityNormal, 0, 128);
         lowHandle = osThreadCreate(osThread(low), NULL);
+        osThreadDef(spins, Spins, osPriorityLow, 0, 128);
+        osThreadCreate(osThread(spins), NULL);
         osThreadDef(high, High, osPriorityHigh, 0, 128);
         highHandle = osThreadCreate(osThread(high), NULL);
         osKernelStart();
@@ -158,12 +161,14 @@ def test_static_tasks_notifications_suspension_and_recursive_mutexes(tmp_path):
         vTaskDelay(3);
         xTaskNotify(hearer, 0x12, eSetValueWithOverwrite);       /* heard: 0x12; what stays is 0x10 */
         xTaskNotify(hearer, 0x01, eSetBits);                     /* heard: 0x11 */
+        vTaskResume(hearer);                                     /* it waits, and goes on waiting */
         vTaskSuspend(hearer);
         xTaskNotify(hearer, 0x03, eSetValueWithOverwrite);
         if (xTaskNotify(hearer, 0x04, eSetValueWithoutOverwrite) == pdFAIL) put(0x51);
         vTaskDelay(2);
         put(0x52);
         vTaskResume(hearer);                                     /* heard: 0x03 */
+        put(0x56);
         if (xSemaphoreTakeRecursive(mutex, 0) && xSemaphoreTakeRecursive(mutex, 0)) put(0x53);
         xSemaphoreGiveRecursive(mutex);
         if (xSemaphoreGiveRecursive(mutex) && !xSemaphoreGiveRecursive(mutex)) put(0x54);
@@ -179,7 +184,8 @@ def test_static_tasks_notifications_suspension_and_recursive_mutexes(tmp_path):
     }
     """
     assert sent(tmp_path, source, 8) == [
-        (0, 0x55), (0, 0x50), (2, 0x40), (3, 0x12), (3, 0x11), (3, 0x51), (5, 0x52), (5, 0x03), (5, 0x53), (5, 0x54),
+        (0, 0x55), (0, 0x50), (2, 0x40), (3, 0x12), (3, 0x11), (3, 0x51), (5, 0x52), (5, 0x03), (5, 0x56),
+        (5, 0x53), (5, 0x54),
     ]  # fmt: skip
 
 
@@ -425,6 +431,8 @@ def test_timers_once_and_again_stopped_and_behind_tasks_of_higher_priority(tmp_p
         if (!xTimerIsTimerActive(again) && !xTimerIsTimerActive(once) && xTimerIsTimerActive(late)) put(1);
         while (wb_millis() < 7) {}
         put(2);
+        vTaskDelay(1);
+        xTimerReset(once, 0);                                    /* none was active */
         vTaskDelete(NULL);
     }
     int main(void) {
@@ -432,7 +440,7 @@ def test_timers_once_and_again_stopped_and_behind_tasks_of_higher_priority(tmp_p
         vTaskStartScheduler();
     }
     """
-    assert sent(tmp_path, source, 12) == [(2, 0x10), (3, 0x20), (4, 1), (7, 2), (7, 0x30)]
+    assert sent(tmp_path, source, 14) == [(2, 0x10), (3, 0x20), (4, 1), (7, 2), (7, 0x30), (11, 0x20)]
 
 
 INTERRUPTED = """

@@ -61,10 +61,8 @@ void wb_rtos_wake(const void *waiting_for) {
     for (int i = 0; i < wb_task_count; i++)
         if (wb_tasks[i]->state == WB_BLOCKED && wb_tasks[i]->waits_for == waiting_for && (!best || wb_tasks[i]->priority > best->priority))
             best = wb_tasks[i];
-    if (!best)
-        return;
-    best->state = WB_READY;
-    best->waits_for = NULL;
+    if (best)
+        best->state = WB_READY;
 }
 
 void wb_rtos_preempt(void) {
@@ -140,7 +138,6 @@ void vTaskDelete(TaskHandle_t task) {
 void vTaskSuspend(TaskHandle_t task) {
     struct wb_task *which = task ? task : current;
     which->state = WB_SUSPENDED;
-    which->waits_for = NULL;
     if (which == current)
         reschedule();
 }
@@ -262,10 +259,8 @@ static BaseType_t notify(TaskHandle_t task, uint32_t value, eNotifyAction action
     else if (action != eNoAction)
         task->notified = value;
     task->is_notified = 1;
-    if (task->state == WB_BLOCKED && task->waits_for == &task->notified) {
+    if (task->state == WB_BLOCKED && task->waits_for == &task->notified)
         task->state = WB_READY;
-        task->waits_for = NULL;
-    }
     return pdPASS;
 }
 

@@ -31,7 +31,7 @@ struct wb_task {
     enum wb_task_state state;
     int is_timed;
     TickType_t wake_tick;
-    const void *waits_for;
+    const void *waits_for; /* while it is blocked */
     uint32_t notified; /* the notification's value */
     int is_notified;
     EventBits_t wanted, got; /* of the group that it waits for; nothing is wanted once it has been served */

@@ -29,7 +29,6 @@ static EventBits_t set(EventGroupHandle_t group, EventBits_t bits) {
         taken |= task->clears ? task->wanted : 0;
         task->wanted = 0;
         task->state = WB_READY;
-        task->waits_for = NULL;
     }
     group->bits &= ~taken; /* once all have been served */
     return group->bits;
