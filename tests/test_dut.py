@@ -419,6 +419,8 @@ def test_fdcan_carries_classic_frames(tmp_path, capsys):
             HAL_FDCAN_Start(&hfdcan1);
             HAL_FDCAN_ActivateNotification(&hfdcan1, FDCAN_IT_RX_FIFO0_NEW_MESSAGE, 0);
             HAL_FDCAN_AddMessageToTxFifoQ(&hfdcan1, &old, (const uint8_t *)"ab");
+            old.FDFormat = FDCAN_FD_CAN;
+            HAL_FDCAN_AddMessageToTxFifoQ(&hfdcan1, &old, (const uint8_t *)"cd");
             for (;;) {
                 HAL_FDCAN_AddMessageToTxFifoQ(&hfdcan1, &header, &heard);
                 __WFI();
@@ -431,6 +433,7 @@ def test_fdcan_carries_classic_frames(tmp_path, capsys):
     base = firmware_of(tmp_path / "wheelbench.toml")()
     assert base.step(0, b"", b"", FEEDBACK)[0] == ((0x1FF, b"ab"), (0x200, b"\0")), "nobody listened yet"
     assert base.step(1, b"", b"", FEEDBACK)[0] == ((0x200, b"\x06"),)
+    assert base.output().count("a frame in FD format was sent") == 1
 
 
 def test_tasks_run_by_priority_and_queues_wake_them(tmp_path):

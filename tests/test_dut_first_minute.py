@@ -323,6 +323,29 @@ def test_a_dma_tells_its_half_to_a_registered_callback_until_it_is_told_not_to(t
     assert sent == told
 
 
+def test_a_line_is_idle_once_and_only_after_a_byte(tmp_path):
+    source = """
+        #include "stm32f4xx_hal.h"
+        extern UART_HandleTypeDef huart1;
+        extern CAN_HandleTypeDef hcan1;
+        static uint8_t in[4];
+        void HAL_UARTEx_RxEventCallback(UART_HandleTypeDef *uart, uint16_t size) {
+            CAN_TxHeaderTypeDef header = {.StdId = size};
+            HAL_CAN_AddTxMessage(&hcan1, &header, (const uint8_t *)"", 0);
+            HAL_UARTEx_ReceiveToIdle_IT(uart, in, sizeof in);
+        }
+        int main(void) {
+            HAL_CAN_Start(&hcan1);
+            HAL_UARTEx_ReceiveToIdle_IT(&huart1, in, sizeof in);
+            for (;;) __WFI();
+        }
+        """
+    base = firmware_of(made(tmp_path, source, '[wires]\nrc = "huart1"\ncan = "hcan1"\n'))()
+    line = {1: b"full", 4: b"e"}
+    told = [[can_id for can_id, _ in base.step(tick, line.get(tick, b""), b"", ())[0]] for tick in range(8)]
+    assert told == [[], [4], [], [], [], [1], [], []]
+
+
 def test_the_other_fifo_three_mailboxes_and_what_the_bus_does_not_carry(tmp_path):
     source = """
         #include "stm32f4xx_hal.h"
@@ -382,9 +405,10 @@ def test_a_plain_dma_its_halves_and_a_timer_by_a_registered_callback(tmp_path):
         }
         void HAL_TIM_Base_MspInit(TIM_HandleTypeDef *timer) { HAL_TIM_Base_Start_IT(timer); }
         static void elapsed(TIM_HandleTypeDef *timer) { report(0x30); }
+        void HAL_MspInit(void) { __HAL_LINKDMA(&huart1, hdmarx, dma); }
         int main(void) {
+            HAL_Init();
             HAL_CAN_Start(&hcan1);
-            __HAL_LINKDMA(&huart1, hdmarx, dma);
             HAL_UART_Receive_DMA(&huart1, in, sizeof in);
             HAL_TIM_RegisterCallback(&htim6, HAL_TIM_PERIOD_ELAPSED_CB_ID, elapsed);
             HAL_TIM_Base_Init(&htim6);
@@ -427,16 +451,18 @@ def test_what_is_sent_by_dma_is_sent_when_its_callback_says_so_and_not_before(tm
         #include "stm32f4xx_hal.h"
         UART_HandleTypeDef huart3;
         static volatile int sent;
+        static void second(UART_HandleTypeDef *uart) { sent += uart == &huart3; }
         void HAL_UART_TxCpltCallback(UART_HandleTypeDef *uart) {
             sent += uart == &huart3;
-            if (sent == 1) HAL_UART_Transmit_DMA(&huart3, (const uint8_t *)"c", 1);
+            HAL_UART_Transmit_DMA(&huart3, (const uint8_t *)"c", 1);
+            HAL_UART_RegisterCallback(&huart3, HAL_UART_TX_COMPLETE_CB_ID, second);
         }
         int main(void) {
             HAL_UART_Transmit_DMA(&huart3, (const uint8_t *)"a", 1);
             if (HAL_UART_Transmit_IT(&huart3, (const uint8_t *)"-", 1) != HAL_BUSY) return 1;
             if (HAL_UART_Transmit(&huart3, (const uint8_t *)"-", 1, 10) != HAL_BUSY) return 2;
             while (sent < 2) {}
-            if (HAL_UART_Transmit(&huart3, (const uint8_t *)"d", 1, 10) != HAL_OK) return 3;
+            if (HAL_UART_Transmit(&huart3, (const uint8_t *)(sent == 2 ? "d" : "x"), 1, 10) != HAL_OK) return 3;
             for (;;) __WFI();
         }
         """

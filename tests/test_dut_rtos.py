@@ -40,7 +40,8 @@ def test_version_2_as_a_generator_writes_it(tmp_path):
     static void hear(void *unused) {
         uint16_t item = 0;
         uint32_t last = osKernelGetTickCount();
-        while (osMessageQueueGet(queue, &item, NULL, 3) == osOK) put(item);
+        uint8_t priority = 9;
+        while (osMessageQueueGet(queue, &item, &priority, 3) == osOK && !priority) put(item);
         put(0x20);                                                             /* three ticks without one */
         if (osThreadFlagsWait(0x5, osFlagsWaitAll, osWaitForever) == 0x5) put(0x21);
         if (osEventFlagsWait(flags, 0x8, osFlagsWaitAny, 2) == osFlagsErrorTimeout) put(0x22);
@@ -118,6 +119,7 @@ def test_version_1_as_older_generators_write_it(tmp_path):
         osMutexRelease(mutexHandle);
         osDelay(7);
         osSignalSet(highHandle, 0x2);
+        if (osSignalSet(lowHandle, 0x4) == 0 && osSignalSet(lowHandle, 0x1) == 0x4) put(0x32);
         for (;;) osDelay(1000);
     }
     int main(void) {
@@ -140,7 +142,7 @@ def test_version_1_as_older_generators_write_it(tmp_path):
     }
     """
     assert sent(tmp_path, source, 20) == [
-        (0, 0x30), (0, 1), (0, 0x31), (1, 2), (3, 0x60), (5, 0x20), (8, 0x22), (15, 0x24), (17, 0x25),
+        (0, 0x30), (0, 1), (0, 0x31), (1, 2), (3, 0x60), (5, 0x20), (8, 0x22), (8, 0x32), (15, 0x24), (17, 0x25),
     ]  # fmt: skip
 
 
