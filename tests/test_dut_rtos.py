@@ -46,8 +46,8 @@ def test_version_2_as_a_generator_writes_it(tmp_path):
         if (osThreadFlagsWait(0x5, osFlagsWaitAll, osWaitForever) == 0x5) put(0x21);
         if (osEventFlagsWait(flags, 0x8, osFlagsWaitAny, 2) == osFlagsErrorTimeout) put(0x22);
         if (osSemaphoreAcquire(full, 0) == osErrorResource) put(0x23);
-        osDelayUntil(last + 20);
-        put(0x24);
+        if (osDelayUntil(last + 20) == osOK) put(0x24);
+        if (osDelayUntil(last + 20) == osErrorParameter) put(0x25);            /* that time is over */
         osThreadExit();
     }
     static void say(void *unused) {
@@ -80,7 +80,7 @@ def test_version_2_as_a_generator_writes_it(tmp_path):
     """
     assert sent(tmp_path, source, 22) == [
         (1, 1), (1, 0x11), (2, 2), (2, 0x12), (5, 0x20), (6, 0x57), (8, 0x21), (10, 0x22), (10, 0x23), (12, 0x57),
-        (18, 0x57), (20, 0x24),
+        (18, 0x57), (20, 0x24), (20, 0x25),
     ]  # fmt: skip
 
 

@@ -82,8 +82,9 @@ osStatus_t osDelay(uint32_t ticks) {
 
 osStatus_t wb_os_delay_until(uint32_t tick) {
     int32_t ahead = (int32_t)(tick - wb_tick);
-    if (ahead > 0)
-        vTaskDelay((TickType_t)ahead);
+    if (ahead <= 0)
+        return osErrorParameter;
+    vTaskDelay((TickType_t)ahead);
     return osOK;
 }
 
