@@ -1,7 +1,9 @@
 """The failsafe matrix: ours is green, a wrong controller is red where its defect shows, and the verb says so."""
 
 import json
+import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -53,8 +55,6 @@ def test_the_limits_of_the_rules_are_those_of_the_robot_file():
 
 def test_a_robot_coasts_as_long_as_its_friction_takes():
     # Plant-model, section 2: from v, a constant part and a viscous one: an exponential with an offset, then a stop.
-    import math
-
     motor, weight = ROBOT.motor, (6.234, 3.227)
     along = math.sin(math.radians(75.0)) / 0.027
     rolling = 0.05 * (2.0 * weight[0] * math.cos(math.radians(75.0)) + weight[1])
@@ -65,7 +65,9 @@ def test_a_robot_coasts_as_long_as_its_friction_takes():
     assert coast_ticks(ROBOT, BodyTwist(0.4, 0.0, 0.0)) == pytest.approx(1000.0 * seconds, rel=0.02)
 
 
-@pytest.mark.parametrize(("name", "phase"), [("omni3", "cruise"), ("slamware-a", "reversal"), ("deadwheel3", "spin")])
+@pytest.mark.parametrize(
+    ("name", "phase"), [("omni3", "cruise"), ("slamware-a", "reversal"), ("deadwheel3", "spin"), ("siegwart", "strafe")]
+)
 def test_a_robot_that_rolls_for_longer_than_a_second_may(name, phase):
     """With one wheel that it cannot feel: that one coasts alone, and how long is watched to the end."""
     robot = load_robot(name)
@@ -92,6 +94,64 @@ def test_the_encoder_that_gets_stuck_is_of_a_wheel_that_turns_in_every_phase():
     (stuck,) = (row for row in losses(load_robot("slamware-a")) if row.name == "encoder stuck")
     assert stuck.faults[0].esc == 2, "its first wheel stands when it drives forward"
     assert ROWS["encoder stuck"].faults[0].esc == 1
+
+
+def test_of_four_wheels_in_a_cross_an_encoder_gets_stuck_that_turns():
+    """None of them turns in every phase: those ahead and behind stand when it drives forward."""
+    robot = load_robot("omni4")
+    places = [(0.15, 0.0), (0.0, 0.15), (-0.15, 0.0), (0.0, -0.15)]
+    wheels = [
+        replace(wheel, x_m=x_m, y_m=y_m, heading_rad=math.atan2(y_m, x_m) + math.pi / 2)
+        for wheel, (x_m, y_m) in zip(robot.wheels, places, strict=True)
+    ]
+    robot = replace(robot, wheels=tuple(wheels))
+    (stuck,) = (row for row in losses(robot) if row.name == "encoder stuck")
+    cell = run_cell(robot, stuck, "cruise")
+    assert (cell.verdict, cell.why) == (GREEN, ())
+
+
+@pytest.mark.parametrize(
+    ("name", "phase", "limits", "frozen_ms"),
+    [
+        ("sticks frozen", "cruise", {}, 1500),
+        ("RC silent", "cruise", {"disarm_ms": 1500}, 300),
+        ("core silent", "cruise", {"handover_ms": 1500}, 300),
+    ],
+)
+def test_a_robot_may_take_as_long_as_its_own_file_says(name, phase, limits, frozen_ms):
+    robot = replace(ROBOT, link=replace(ROBOT.link, **limits), rc=replace(ROBOT.rc, frozen_ms=frozen_ms))
+    (row,) = (row for row in losses(robot) if row.name == name)
+    cell = run_cell(robot, row, phase)
+    assert (cell.verdict, cell.why) == (GREEN, ())
+
+
+def test_no_current_is_looked_for_however_late_it_has_to_be_none():
+    robot = replace(ROBOT, link=replace(ROBOT.link, disarm_ms=1500))
+    silent = losses(robot)[0]
+    assert silent.quiet_after > 1500
+    cell = run_cell(robot, silent, "spin", SUBJECTS["no-timeout"])
+    assert any(why.startswith("still commands") for why in cell.why)
+
+
+def test_what_nobody_would_wait_for_is_off():
+    robot = replace(ROBOT, rc=replace(ROBOT.rc, frozen_ms=10**9))
+    rows = {row.name: row for row in losses(robot)}
+    assert rows["sticks frozen"].off_because == "more than 60 s have to pass first"
+    assert not rows["RC silent"].off_because
+
+
+def test_no_wall_stops_a_robot_that_does_not_stop():
+    """By the time that this one has to stand it has driven more than the 3 m that there are in a field."""
+    robot = load_robot("dm3519")
+    robot = replace(robot, rc=replace(robot.rc, frozen_ms=2500))
+
+    def deaf(robot):
+        return Base(replace(robot, rc=replace(robot.rc, frozen_ms=0)))
+
+    (row,) = (row for row in losses(robot) if row.name == "sticks frozen")
+    cell = run_cell(robot, row, "cruise", deaf)
+    assert (cell.verdict, cell.stop_ms) == (RED, None)
+    assert cell.why[0].startswith("does not stand; ")
 
 
 def test_the_verb_prints_a_row_its_rule_and_ends_well(capsys, tmp_path):

@@ -23,6 +23,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
+from bench.arena import MOST_M, Arena
 from bench.base import Base
 from bench.check.controllers import Build, at_full_speed, controller_of, hears_no_core
 from bench.check.faults import Fault
@@ -49,14 +50,21 @@ PHASES: Mapping[str, Sticks] = {
     "reversal": Sticks(forward=STICK),
 }
 """What the sticks say before the loss. In a reversal they go to the other side in the instant of it."""
+MOVING = [phase for phase, sticks in PHASES.items() if any(sticks)]
 
 ARM_TICK, DRIVE_TICK, LOSS_TICK = 100, 250, 1200
-CORE_DRIVE_TICK, CORE_LOSS_TICK = 800, 1750
-"""The core takes over when the sticks have been at rest for a while."""
+CORE_LOSS_TICK, CORE_DRIVES_TICKS = 1750, 950
+"""The core takes over when the sticks have been at rest for a while, and drives for so long."""
 LOST_TICKS, AFTER_TICKS = 1000, 250
 CORE_LOST_TICKS = 1900
+MOST_TICKS = 60_000
+"""Of a run: whoever has more patience in a robot's file is not waited for."""
+OPEN_FLOOR = Arena(length_m=MOST_M, width_m=MOST_M, name="open floor")
+"""A wall would stop a robot that nothing else stops."""
 STANDS_BELOW_MPS, STANDS_BELOW_RADPS = 0.02, 0.15
 REACTION_TICKS = 100
+HELD_FAST = 10.0
+"""Times the loop's own gain: what its integral part comes to in time."""
 LEAST_SHARE = 0.3
 """Of the speed asked for: enough to see the direction. Whether a robot reaches its speed is not asked here."""
 NO_CURRENT_A = 0.002
@@ -84,6 +92,7 @@ class Loss:
     let_go_after: int | None = None
     """The sticks go to rest then."""
     off_because: str = ""
+    at: int = LOSS_TICK
     lasting: int = LOST_TICKS
     """How long it is lost."""
 
@@ -126,22 +135,21 @@ def losses(robot: Robot) -> tuple[Loss, ...]:
     by_hold = f"stop from {link.hold_ms} ms on, no current from {link.disarm_ms} ms on, stay"
     at_once = f"stop at once, no current from {link.disarm_ms} ms on, stay"
 
-    coasting = max(coast_ticks(robot, _asked_by(sticks, robot)) for sticks in PHASES.values())
-    lasting = max(LOST_TICKS, hold + REACTION_TICKS + coasting)
-    core_lasting = max(CORE_LOST_TICKS, link.core_timeout_ms + 60 + REACTION_TICKS + coasting)
+    stand = REACTION_TICKS + max(coast_ticks(robot, _asked_by(sticks, robot)) for sticks in PHASES.values())
+    core_at = max(CORE_LOSS_TICK, DRIVE_TICK + link.handover_ms + 50 + CORE_DRIVES_TICKS)
 
     def rc(kind: str, **facts: float) -> tuple[Fault, ...]:
-        return (Fault(kind, "rc", kind, at=LOSS_TICK, lasting=lasting, **facts),)  # type: ignore[arg-type]
+        return (Fault(kind, "rc", kind, at=LOSS_TICK, lasting=LOST_TICKS, **facts),)  # type: ignore[arg-type]
 
     def esc(wire: str, kind: str, number: int | None) -> tuple[Fault, ...]:
-        return (Fault(kind, wire, kind, at=LOSS_TICK, lasting=lasting, esc=number),)
+        return (Fault(kind, wire, kind, at=LOSS_TICK, lasting=LOST_TICKS, esc=number),)
 
     # The last byte of the first frame after the loss.
     keep = len(Transmitter(profile).step(0, AT_REST)) - 1
     byte = Fault("byte", "rc", "truncate", at=LOSS_TICK, lasting=profile.period_ms, keep=keep)
     silent = f"no current from {link.feedback_timeout_ms} ms on"
     timeout = link.feedback_timeout_ms + 5
-    core = (Fault("core", "core", "drop", at=CORE_LOSS_TICK, lasting=core_lasting),)
+    core = (Fault("core", "core", "drop", at=core_at, lasting=CORE_LOST_TICKS),)
     # It stays stuck: how long the robot may roll on is known when the sticks are let go.
     stuck = (Fault("stuck", "feedback", "stuck", at=LOSS_TICK, esc=_always_turning(robot)),)
     rows = (
@@ -155,16 +163,25 @@ def losses(robot: Robot) -> tuple[Loss, ...]:
         Loss("all channels zero", at_once, rc("zeros"), frame, quiet, rearm=True),
         Loss("garbage", by_hold, rc("garbage"), hold, quiet, rearm=True),
         Loss("one byte lost", "drive on", (byte,), drives_on=True),
-        Loss("core silent", f"stop from {link.core_timeout_ms} ms on", core, link.core_timeout_ms + 60, by_core=True),
+        Loss(
+            "core silent", f"stop from {link.core_timeout_ms} ms on", core, link.core_timeout_ms + 60, by_core=True,
+            at=core_at, lasting=CORE_LOST_TICKS,
+        ),
         Loss("one ESC silent", silent, esc("esc", "silent", 1), timeout, timeout),
         Loss("every ESC silent", silent, esc("esc", "silent", None), timeout, timeout),
         Loss("encoder stuck", "keep the current limit; stop when let go", stuck, 300, let_go_after=300),
         Loss("restart", "no current until armed, stay", (), 0, 2, rearm=True, restarts=True),
     )  # fmt: skip
-    # Who drives on is not watched for longer: the field has walls.
-    return tuple(
-        row if row.drives_on else replace(row, lasting=core_lasting if row.by_core else lasting) for row in rows
-    )
+
+    def for_long_enough(row: Loss) -> Loss:
+        stop, silent = max(hold, row.stop_after or 0) + stand, (row.quiet_after or 0) + REACTION_TICKS
+        lasting = max(row.lasting, stop, silent)
+        if row.at + lasting > MOST_TICKS:
+            return replace(row, off_because=row.off_because or f"more than {MOST_TICKS // 1000} s have to pass first")
+        faults = tuple(replace(one, lasting=lasting) if one.lasting else one for one in row.faults)
+        return replace(row, lasting=lasting, faults=faults)
+
+    return tuple(row if row.drives_on else for_long_enough(row) for row in rows)
 
 
 def _asked_by(sticks: Sticks, robot: Robot) -> BodyTwist:
@@ -174,19 +191,35 @@ def _asked_by(sticks: Sticks, robot: Robot) -> BodyTwist:
     )
 
 
+def _speeds(robot: Robot, phase: str) -> list[float]:
+    """How fast each wheel turns, whichever way, in rad/s; what is nothing but rounding is none."""
+    speeds = Kinematics(robot.wheels).wheel_speeds(_asked_by(PHASES[phase], robot))
+    return [round(abs(speed), 9) for speed in speeds]
+
+
 def _always_turning(robot: Robot) -> int:
     """The wheel, from 1, that turns in every phase but rest: one that stands is none the worse for a stuck encoder."""
-    kinematics = Kinematics(robot.wheels)
-    phases = [kinematics.wheel_speeds(_asked_by(sticks, robot)) for sticks in PHASES.values() if any(sticks)]
-    slowest = [round(min(map(abs, speeds)), 9) for speeds in zip(*phases, strict=True)]
+    slowest = [min(of_wheel) for of_wheel in zip(*(_speeds(robot, phase) for phase in MOVING), strict=True)]
     return 1 + slowest.index(max(slowest))
+
+
+def _where_it_turns(robot: Robot, loss: Loss, phase: str) -> Loss:
+    """Of four wheels in a cross none turns in every phase: then it is the encoder of another wheel that gets stuck."""
+    speeds = _speeds(robot, phase)
+    faults = tuple(
+        replace(fault, esc=1 + speeds.index(max(speeds)))
+        if fault.kind == "stuck" and fault.esc is not None and not speeds[fault.esc - 1]
+        else fault
+        for fault in loss.faults
+    )
+    return replace(loss, faults=faults)
 
 
 def run_cell(robot: Robot, loss: Loss, phase: str, build: Build = Base) -> Cell:
     """One run, judged. Raises ControllerFailed where the base under test does."""
     if loss.off_because:
         return Cell(loss.name, phase, OFF, (loss.off_because,), None, 0.0, 0.0)
-    drive = _Drive(robot, loss, phase, build)
+    drive = _Drive(robot, _where_it_turns(robot, loss, phase), phase, build)
     with at_full_speed(drive.base):
         return drive.judge()
 
@@ -199,7 +232,7 @@ class _Drive:
         self._robot, self._loss, self._phase, self._build = robot, loss, phase, build
         self._bench = _bench(robot, build)
         self.base = self._bench.base
-        self._at = CORE_LOSS_TICK if loss.by_core else LOSS_TICK
+        self._at = loss.at
         columns = self._bench.state_columns
         self._injector = Injector(loss.faults, robot, columns) if loss.faults else None
         if self._injector is not None:
@@ -219,7 +252,7 @@ class _Drive:
         for tick in range(at):
             self._tick(tick)
         self._check_direction()
-        before = self._bench.world.plant.twist
+        before = reacted = self._bench.world.plant.twist
         if loss.restarts:
             self._bench.base = self._build(self._robot)
         end = at + loss.lasting
@@ -229,8 +262,11 @@ class _Drive:
             self._follow(tick)
             if tick - at == loss.let_go_after:
                 before = self._bench.world.plant.twist
+            if loss.let_go_after is not None and tick - at == loss.let_go_after + REACTION_TICKS:
+                reacted = self._bench.world.plant.twist
         after = self._bench.world.plant.twist
-        allowed = 0 if loss.stop_after is None else loss.stop_after + REACTION_TICKS + self._rolls_on(before)
+        rolls_on = 0 if loss.stop_after is None else max(map(self._rolls_on, {before, reacted}))
+        allowed = 0 if loss.stop_after is None else loss.stop_after + REACTION_TICKS + rolls_on
         if loss.let_go_after is not None:  # how fast a robot runs that cannot feel a wheel, nobody knew before
             for tick in range(end, at + allowed + 1):
                 self._tick(tick)
@@ -278,7 +314,7 @@ class _Drive:
         if tick < DRIVE_TICK:
             return AT_REST._replace(aux1=ARM_TICK <= tick < DRIVE_TICK), None
         if loss.by_core:
-            return AT_REST, _asked_by(wanted, self._robot) if tick >= CORE_DRIVE_TICK else None
+            return AT_REST, _asked_by(wanted, self._robot) if tick >= self._at - CORE_DRIVES_TICKS else None
         if loss.let_go_after is not None and tick >= self._at + loss.let_go_after:
             return AT_REST, None
         tremble = TREMBLE if tick // self._transmitter.profile.period_ms % 2 else -TREMBLE
@@ -336,10 +372,11 @@ class _Drive:
 def coast_ticks(robot: Robot, twist: BodyTwist, unfelt: int | None = None) -> int:
     """How long this robot rolls on from a twist with no current at all; asked of the plant.
 
-    With a wheel (from 1) that it cannot feel: that one rolls, the others brake, and one wheel's friction is all it has.
+    With a wheel (from 1) that it cannot feel: that one rolls, the others are held, and one wheel's friction is all it
+    has.
     """
     plant = Plant(robot, arena=None, twist=twist)
-    most_a, gain = robot.limits.current_a, robot.control.kp_a_per_radps
+    most_a, gain = robot.limits.current_a, HELD_FAST * robot.control.kp_a_per_radps
     currents = [0.0] * len(robot.wheels)
     for tick in range(LOST_TICKS * 10):
         vx, vy, omega = plant.twist
@@ -353,7 +390,7 @@ def coast_ticks(robot: Robot, twist: BodyTwist, unfelt: int | None = None) -> in
 
 
 def _bench(robot: Robot, build: Build) -> Bench:
-    bench = simulated(robot)
+    bench = simulated(robot, OPEN_FLOOR)
     return bench if build is Base else Bench(build(robot), bench.world)
 
 
