@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from bench.cli.interrupt import end_with
+
 ROOT = Path(__file__).parents[1]
 SCRIPT = "import sys; from bench.cli.interrupt import command; sys.exit(command())"
 """What an installer makes of the entry point."""
@@ -24,8 +26,7 @@ def strikes(event, _):
         left -= 1
         if not left:
             os.kill(os.getpid(), signal.SIGINT)
-from bench.cli.interrupt import command, take_over
-take_over()
+from bench.cli.interrupt import command
 sys.addaudithook(strikes)
 try:
     command()
@@ -33,6 +34,41 @@ finally:
     print("left", left)
 """
 """The command, and a Ctrl-C with its Nth import."""
+STRUCK_AS_MODULE = """
+import os, runpy, signal, sys
+sys.addaudithook(lambda event, met: event == "import" and met[0] == "argparse" and os.kill(os.getpid(), signal.SIGINT))
+runpy.run_module("bench", run_name="__main__", alter_sys=True)
+"""
+"""`python -m bench`, and a Ctrl-C with the first import that takes its time."""
+STRUCK_AT_THE_END = """
+import atexit, os, signal
+from bench.cli.interrupt import command
+atexit.register(os.kill, os.getpid(), signal.SIGINT)
+command()
+"""
+STRUCK_BETWEEN = """
+import os, signal, time
+from bench.cli.interrupt import hand_over, take_over
+class Dying:
+    def __init__(self, last):
+        self.last = last
+    def __del__(self):
+        self.last()
+def strikes():
+    os.kill(os.getpid(), signal.SIGINT)
+def fails():
+    raise ValueError("odd")
+take_over()
+hand_over()
+for struck in strikes, lambda: Dying(strikes):
+    try:
+        struck()
+        time.sleep(30.0)
+        print("lost")
+    except KeyboardInterrupt:
+        print("caught")
+Dying(fails)
+"""
 FIRST_LINES = {"__init__.py": 99, "cli/__init__.py": 99, "cli/interrupt.py": 99, "__main__.py": 12}
 """Which of our files Python reads before it can be told of Ctrl-C, and how far."""
 COMMAND = "replay", "docs/examples/link_loss.toml"
@@ -43,14 +79,19 @@ def heeding():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def run(*words):
+def deaf():
+    """In the child, as by `nohup` or a shell's `&`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def run(*words, child=heeding):
     done = subprocess.run(
         [sys.executable, *map(str, words)],
         cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,
-        preexec_fn=heeding,
+        preexec_fn=child,
     )
     return done.returncode, done.stdout, done.stderr
 
@@ -73,6 +114,38 @@ def test_ctrl_c_with_any_import_is_a_line_and_130(imports, share):
     """From the first to nearly the last, whatever was being read: argparse, the verb, pymunk."""
     status, _, err = run("-c", STRUCK, 1 + int(imports * share), *COMMAND)
     assert (status, err) == (130, "wheelbench replay: interrupted\n")
+
+
+def test_ctrl_c_in_the_first_moments_of_the_module_is_the_same():
+    assert run("-c", STRUCK_AS_MODULE, "robots") == (130, "", "wheelbench robots: interrupted\n")
+
+
+def test_ctrl_c_when_all_is_done_is_the_same():
+    status, out, err = run("-c", STRUCK_AT_THE_END, "robots")
+    assert (status, err) == (130, "wheelbench robots: interrupted\n")
+    assert out.endswith("uart12\n"), "it had been done"
+
+
+def test_between_them_it_can_be_caught_wherever_it_strikes_and_other_errors_are_told():
+    status, out, err = run("-c", STRUCK_BETWEEN)
+    assert (status, out) == (0, "caught\ncaught\n")
+    assert "ValueError: odd" in err
+    assert "KeyboardInterrupt" not in err
+
+
+def test_a_second_ctrl_c_while_the_first_is_told_is_the_same():
+    def told():
+        raise KeyboardInterrupt
+
+    with pytest.raises(SystemExit) as ended:
+        end_with(told)
+    assert ended.value.code == 130
+
+
+def test_who_was_started_deaf_to_it_stays_so():
+    status, out, err = run("-c", STRUCK, 1, "robots", child=deaf)
+    assert (status, err) == (0, "")
+    assert "m2006" in out
 
 
 @pytest.mark.parametrize("how", [("-m", "bench"), ("-c", SCRIPT)])

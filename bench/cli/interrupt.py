@@ -7,11 +7,12 @@ signals as they are. What Python does before a line of ours is run (its `site`) 
 
 from __future__ import annotations
 
+import _thread
 import os
 import sys
 
 # `signal` reads `enum` and half a library first, and `typing` more: long enough for a Ctrl-C.
-from _signal import SIGINT, default_int_handler, getsignal, signal  # type: ignore[import-not-found]
+from _signal import SIGINT, default_int_handler, getsignal, pthread_kill, signal  # type: ignore[import-not-found]
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130
 """What a shell says of a command that Ctrl-C has ended."""
+SOON_S = 0.01
 
 
 def command() -> None:
@@ -66,10 +68,18 @@ def _leave(_number: int, _frame: object) -> None:
 
 
 def _strike_again(met: Any) -> None:
-    """Ctrl-C can strike where Python can raise nothing, in a callback of its own import, and would be lost there."""
-    if met.exc_type is KeyboardInterrupt:
-        import _thread
+    """Ctrl-C can strike where Python can raise nothing, in a callback of its own import, and would be lost there.
 
-        _thread.interrupt_main()
+    And here too: what is raised in a hook goes nowhere. So it comes from elsewhere, once this has been left.
+    """
+    if met.exc_type is KeyboardInterrupt:
+        _thread.start_new_thread(_strike_soon, (_thread.get_ident(),))
     else:
         sys.__unraisablehook__(met)
+
+
+def _strike_soon(thread: int) -> None:
+    nobody_lets_go = _thread.allocate_lock()
+    nobody_lets_go.acquire()
+    nobody_lets_go.acquire(timeout=SOON_S)
+    pthread_kill(thread, SIGINT)  # which wakes who waits; `interrupt_main` does not
