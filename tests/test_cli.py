@@ -13,6 +13,7 @@ import can
 import pytest
 
 from bench.__main__ import VERBS, main
+from bench.check.reading import Recording
 
 ROOT = Path(__file__).parents[1]
 DEMO = ROOT / "bench" / "demo" / "demo.toml"
@@ -367,24 +368,10 @@ def test_a_golden_is_not_pinned_in_ci(call, monkeypatch):
     assert "CI" in err
 
 
-LONG = """
-schema = 1
-name = "long"
-seconds = 200.0
-[[stick]]
-at_s = 0.1
-aux1 = true
-[[stick]]
-at_s = 0.2
-forward = 0.3
-turn = 0.5
-"""
-
-
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_keeps_what_has_been_recorded(tmp_path, stop):
-    (tmp_path / "long.toml").write_text(LONG)
-    command = [sys.executable, "-m", "bench", "replay", tmp_path / "long.toml", "--record", tmp_path / "cut"]
+    long = short_scenario(tmp_path, seconds=600.0)
+    command = [sys.executable, "-m", "bench", "replay", long, "--record", tmp_path / "cut"]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     log = tmp_path / "cut" / "can.log"
     deadline = time.monotonic() + 60
@@ -456,9 +443,10 @@ def test_a_base_and_a_page_in_a_place_whose_name_is_no_text(call, tmp_path):
     folder = tmp_path / odd
     folder.mkdir()
     scenario = short_scenario(folder, "", seconds=0.1)
-    (folder / f"{odd}.py").write_text("from bench.base import Base\n")
-    status, _, err = call("replay", scenario, "--controller", folder / f"{odd}.py:Base", "--record", tmp_path / "run")
+    (folder / f"{odd}.py").write_text("from bench.base import Base\nclass Mine(Base): pass\n")
+    status, _, err = call("replay", scenario, "--controller", folder / f"{odd}.py:Mine", "--record", tmp_path / "run")
     assert (status, err) == (0, "")
+    assert Recording.open(tmp_path / "run").info.controller == "caf\\udce9.py:Mine"
     status, _, err = call("replay", scenario, "--html", tmp_path / "page.html", "--junit", tmp_path / "junit.xml")
     assert (status, err) == (0, "")
     assert "caf\\udce9" in (tmp_path / "page.html").read_text(encoding="utf-8")

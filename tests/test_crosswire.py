@@ -19,7 +19,7 @@ from bench.check.crosswire.finding import Finding, Outcome, check_lines
 from bench.check.crosswire.recorded import outcomes_of
 from bench.check.crosswire.settings import AnswersCheck
 from bench.check.reading import Recording
-from bench.check.sources import from_scenario
+from bench.check.sources import from_recording, from_scenario
 from bench.check.subjects import integrator_wind_up, wheel_swap
 from bench.config import ConfigError, load_robot, robot_names
 from bench.loop import Bench, simulated
@@ -322,6 +322,9 @@ def test_a_loop_that_answers_shaken_angles_is_not_blamed_unless_the_scenario_say
     assert (found.ok, found.judged, shortcomings(job)) == (True, 0, [])
     assert found.measured.startswith("not judged: the scenario's [noise] shakes the angles")
     assert outcomes_of(Recording.open(tmp_path / "run"))[REST] == found
+    again = from_recording(tmp_path / "run")
+    conduct(again)
+    assert again.checks.outcomes()[REST] == found
     strict = outcomes(run(f"{SHAKEN}[checks.rest_current]\ncurrent_a = 0.01\n", seconds=3.5))[REST]
     assert not strict.ok
     assert outcomes(run(f"{SHAKEN}[checks.rest_current]\ncurrent_a = 1.0\n", seconds=3.5))[REST].judged >= 1

@@ -68,6 +68,16 @@ def test_a_gyro_is_perfect_unless_its_file_says_otherwise(tmp_path):
         ('name = "r"', 'name = "rear"', "dead_wheel.name: 'rear' is given to more than one wheel"),
         ("bearing_deg = 240.0", "bearing_deg = 0.0", "dead_wheel: cannot tell x, y and yaw apart"),
         ("radius_m = 0.025", "radius_m = 0.0", "dead_wheel[0].radius_m: expected a positive number"),
+        (
+            "radius_m = 0.025",
+            "radius_m = 25",
+            "dead_wheel: 'f' has a radius of 25 m under a body of 0.08 m; is that in",
+        ),
+        (
+            "distance_m = 0.1",
+            "distance_m = 100",
+            "dead_wheel: 'f' stands 100 m from the centre of a body of 0.08 m; is",
+        ),
         ("radius_m = 0.025", "radius_m = 0.025\ngear = -1.0", "dead_wheel[0].gear: expected a positive number"),
         ("radius_m = 0.025", "radius_m = 0.025\nroller_deg = 45.0", "dead_wheel[0].roller_deg: unknown key"),
         ("can_id = 6", "can_id = 6\n[gyro]\ncan_id = 0", "gyro.can_id: expected 1 to 8"),

@@ -185,7 +185,8 @@ def test_an_answer_that_never_comes_shifts_no_other(driven, pieces):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("m2006", "dm3519"), "was made with another robot \\(m2006\\)"),
+        (("m2006", "dm3519"), "was made with another robot \\(m2006\\) .*; give --robot, or record"),
+        (('"m2006"', '"m2006"\nprofile = "futaba-sbus2"'), "was made with another profile \\(uart12\\) .*; record"),
         (('"drive"', '"walk"'), "is a recording of the scenario 'drive', not of 'walk'"),
         (("2.0", "2.5"), "holds 2 s and the scenario lasts 2.5 s"),
         ((DRIVE, ""), "is missing"),

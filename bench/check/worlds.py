@@ -87,8 +87,8 @@ def _refuse_another_run(scenario: Path, job: Run, recording: Recording) -> None:
     files = (recording.robot_file, robot.file), (recording.profile_file, robot.rc.file if robot.rc else None)
     for key, (theirs, ours) in zip(("robot", "profile"), files, strict=True):
         if (theirs and read_bytes(theirs)) != (ours and read_bytes(ours)):
-            name = getattr(recording.info, key)
-            raise UsageError(f"{where}: was made with another {key} ({name}) than {ours}; give --robot, or {advice}")
+            name, give = getattr(recording.info, key), "give --robot, or " if key == "robot" else ""
+            raise UsageError(f"{where}: was made with another {key} ({name}) than {ours}; {give}{advice}")
     if recording.ticks != job.ticks:
         lasts = f"holds {recording.ticks / 1000:g} s and the scenario lasts {job.ticks / 1000:g} s"
         raise UsageError(f"{where}: {lasts}; {advice}")

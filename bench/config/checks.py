@@ -86,13 +86,14 @@ def check_robot(path: Path, robot: Robot) -> None:
                 f"{what}; over {MOST_ROTOR_RPM} its angle, told once a millisecond, does not say which way it turned",
             )
     most_m = MOST_BODIES * robot.body.radius_m
-    for wheel in (*robot.wheels, *robot.dead_wheels):
+    every = [("wheel", wheel) for wheel in robot.wheels] + [("dead_wheel", wheel) for wheel in robot.dead_wheels]
+    for key, wheel in every:
         away_m = math.hypot(wheel.x_m, wheel.y_m)
         for what, length_m in ((f"has a radius of {wheel.radius_m:g} m under", wheel.radius_m),
                                (f"stands {away_m:g} m from the centre of", away_m)):  # fmt: skip
             if length_m > most_m:
                 what = f"{wheel.name!r} {what} a body of {robot.body.radius_m:g} m"
-                raise fail("wheel", f"{what}; is that in metres?")
+                raise fail(key, f"{what}; is that in metres?")
     for key in ("can_id", "name"):
         seen = [getattr(wheel, key) for wheel in robot.wheels]
         twice = [value for value in seen if seen.count(value) > 1]
