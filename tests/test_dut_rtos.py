@@ -90,7 +90,8 @@ def test_version_1_as_older_generators_write_it(tmp_path):
     osMessageQId queueHandle;
     osSemaphoreId semHandle;
     osMutexId mutexHandle;
-    static void once(void const *given) { put(0x60); }
+    osStaticMutexDef_t memory;
+    static void once(void const *given) { put(0x60 + *(int *)pvTimerGetTimerID((TimerHandle_t)given)); }
     static void Spins(void const *argument) { for (;;) {} }          /* below the timers, which are at 2 */
     static void High(void const *argument) {
         osEvent event;
@@ -120,17 +121,20 @@ def test_version_1_as_older_generators_write_it(tmp_path):
         osDelay(7);
         osSignalSet(highHandle, 0x2);
         if (osSignalSet(lowHandle, 0x4) == 0 && osSignalSet(lowHandle, 0x1) == 0x4) put(0x32);
+        put(0x30 + osSignalWait(0x3, 5).value.signals);            /* one of the two is enough */
+        if (osSignalWait(0x3, 0).status == osOK) put(0x33);
         for (;;) osDelay(1000);
     }
     int main(void) {
-        osMutexDef(mutex);
+        static int two = 2;
+        osMutexStaticDef(mutex, &memory);
         mutexHandle = osMutexCreate(osMutex(mutex));
         osSemaphoreDef(sem);
         semHandle = osSemaphoreCreate(osSemaphore(sem), 1);
         osMessageQDef(queue, 4, uint32_t);
         queueHandle = osMessageCreate(osMessageQ(queue), NULL);
         osTimerDef(timer, once);
-        osTimerStart(osTimerCreate(osTimer(timer), osTimerOnce, NULL), 3);
+        osTimerStart(osTimerCreate(osTimer(timer), osTimerOnce, &two), 3);
         osThreadDef(low, Low, osPriorityNormal, 0, 128);
         lowHandle = osThreadCreate(osThread(low), NULL);
         osThreadDef(spins, Spins, osPriorityLow, 0, 128);
@@ -142,7 +146,8 @@ def test_version_1_as_older_generators_write_it(tmp_path):
     }
     """
     assert sent(tmp_path, source, 20) == [
-        (0, 0x30), (0, 1), (0, 0x31), (1, 2), (3, 0x60), (5, 0x20), (8, 0x22), (8, 0x32), (15, 0x24), (17, 0x25),
+        (0, 0x30), (0, 1), (0, 0x31), (1, 2), (3, 0x62), (5, 0x20), (8, 0x22), (8, 0x32), (8, 0x35), (8, 0x33),
+        (15, 0x24), (17, 0x25),
     ]  # fmt: skip
 
 

@@ -132,18 +132,19 @@ uint32_t osEventFlagsWait(osEventFlagsId_t group, uint32_t flags, uint32_t optio
     return wait_for(group, flags, options, ticks);
 }
 
+/* Version 1 as generated projects have it: a signal is a bit of the task's notification, so that any of them ends a wait,
+ * and only those that were waited for are cleared.
+ */
 int32_t osSignalSet(osThreadId thread, int32_t signals) {
-    struct wb_task *task = (struct wb_task *)thread;
-    int32_t before = (int32_t)task->flags.bits;
-    xEventGroupSetBits(&task->flags, (uint32_t)signals);
+    int32_t before = (int32_t)((struct wb_task *)thread)->notified;
+    xTaskNotify(thread, (uint32_t)signals, eSetBits);
     return before;
 }
 
 osEvent osSignalWait(int32_t signals, uint32_t ticks) {
-    uint32_t wanted = signals ? (uint32_t)signals : ~0U; /* 0: any */
-    uint32_t got = wait_for(&wb_rtos_current()->flags, wanted, signals ? osFlagsWaitAll : osFlagsWaitAny, ticks);
     osEvent event = {.status = ticks ? osEventTimeout : osOK};
-    if (!(got & osFlagsError)) {
+    uint32_t got = 0;
+    if (xTaskNotifyWait(0, (uint32_t)signals, &got, ticks)) {
         event.status = osEventSignal;
         event.value.signals = (int32_t)got;
     }
@@ -257,7 +258,6 @@ osStatus_t osMessageQueueReset(osMessageQueueId_t queue) {
 struct os_timer {
     osTimerFunc_t call;
     void *given;
-    TimerHandle_t timer;
 };
 
 static void call_of(TimerHandle_t timer) {
@@ -272,18 +272,18 @@ osTimerId_t osTimerNew(osTimerFunc_t call, osTimerType_t type, void *given, cons
         return NULL;
     self->call = call;
     self->given = given;
-    self->timer = xTimerCreate("", 1, type == osTimerPeriodic, self, call_of);
-    return self->timer ? self : NULL;
+    return xTimerCreate("", 1, type == osTimerPeriodic, self, call_of);
 }
 
+/* Its function gets the timer, of which pvTimerGetTimerID gives what was given: in generated projects, if not by the book. */
 osTimerId osTimerCreate(const osTimerDef_t *definition, osTimerType_t type, void *given) {
-    return osTimerNew((osTimerFunc_t)definition->call, type, given, NULL);
+    return xTimerCreate("", 1, type == osTimerPeriodic, given, (TimerCallbackFunction_t)definition->call);
 }
 
 osStatus_t osTimerStart(osTimerId_t timer, uint32_t ticks) {
-    return told(xTimerChangePeriod(((struct os_timer *)timer)->timer, ticks, 0), 0);
+    return told(xTimerChangePeriod(timer, ticks, 0), 0);
 }
 
 osStatus_t osTimerStop(osTimerId_t timer) {
-    return told(xTimerStop(((struct os_timer *)timer)->timer, 0), 0);
+    return told(xTimerStop(timer, 0), 0);
 }

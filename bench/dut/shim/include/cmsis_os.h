@@ -108,6 +108,8 @@ typedef osMessageQueueId_t osMessageQId;
 typedef osTimerId_t osTimerId;
 typedef StaticTask_t osStaticThreadDef_t;
 typedef StaticQueue_t osStaticMessageQDef_t;
+typedef StaticSemaphore_t osStaticMutexDef_t, osStaticSemaphoreDef_t;
+typedef StaticTimer_t osStaticTimerDef_t;
 typedef void (*os_pthread)(void const *given);
 typedef struct {
     const char *name;
@@ -137,13 +139,16 @@ typedef struct {
     osThreadDef(called, thread, level, instances, depth)
 #define osThread(called) (&os_thread_def_##called)
 #define osMutexDef(called) const osMutexDef_t os_mutex_def_##called = {0}
+#define osMutexStaticDef(called, memory) osMutexDef(called)
 #define osMutex(called) (&os_mutex_def_##called)
 #define osSemaphoreDef(called) const osSemaphoreDef_t os_semaphore_def_##called = {0}
+#define osSemaphoreStaticDef(called, memory) osSemaphoreDef(called)
 #define osSemaphore(called) (&os_semaphore_def_##called)
 #define osMessageQDef(called, size, type) const osMessageQDef_t os_messageQ_def_##called = {(size)}
 #define osMessageQStaticDef(called, size, type, items, memory) osMessageQDef(called, size, type)
 #define osMessageQ(called) (&os_messageQ_def_##called)
 #define osTimerDef(called, function) const osTimerDef_t os_timer_def_##called = {(function)}
+#define osTimerStaticDef(called, function, memory) osTimerDef(called, function)
 #define osTimer(called) (&os_timer_def_##called)
 #define osKernelSysTick() osKernelGetTickCount()
 osThreadId osThreadCreate(const osThreadDef_t *definition, void *given);
