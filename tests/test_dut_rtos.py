@@ -122,7 +122,7 @@ def test_version_1_as_older_generators_write_it(tmp_path):
         osSignalSet(highHandle, 0x2);
         if (osSignalSet(lowHandle, 0x4) == 0 && osSignalSet(lowHandle, 0x1) == 0x4) put(0x32);
         put(0x30 + osSignalWait(0x3, 5).value.signals);            /* one of the two is enough */
-        if (osSignalWait(0x3, 0).status == osOK) put(0x33);
+        if (osSignalWait(0x3, 0).status == osOK && osSignalSet(lowHandle, 0) == 0x4) put(0x33);
         for (;;) osDelay(1000);
     }
     int main(void) {
