@@ -400,6 +400,16 @@ def test_a_reader_that_leaves_is_no_error():
     assert in_a_shell(f"decode uart12 {DRIVE} --json | head -1", stdout=subprocess.DEVNULL) == (3, "")
 
 
+def test_a_reader_that_leaves_takes_no_report_with_him(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.toml").write_text(short_scenario(tmp_path, "", seconds=0.1).read_text())
+    report, page = tmp_path / "junit.xml", tmp_path / "page.html"
+    assert in_a_shell(f"replay {tmp_path}/a.toml {tmp_path}/b.toml --junit {report} | true") == (3, "")
+    assert report.read_text().count("<testsuite ") == 2
+    assert in_a_shell(f"failsafe --only restart --jobs 1 --html {page} | true") == (3, "")
+    assert page.read_text().count('class="ok"') == 5
+
+
 @pytest.mark.parametrize("command", ["kin m2006", "kin --help"])
 def test_a_reader_that_has_left_before_the_last_line_is_no_error(command):
     read_end, write_end = os.pipe()

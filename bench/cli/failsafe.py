@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
 
     from bench.check.controllers import controller_of
     from bench.check.failsafe import RED, losses
-    from bench.cli.output import refuse_hopeless, write_text
+    from bench.cli.output import Speaker, refuse_hopeless, write_text
     from bench.errors import EXIT_FAILED, EXIT_OK, UsageError
 
     robot = _robot(args)
@@ -56,20 +56,18 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"--only: no loss is called {args.only!r}; known: {', '.join(loss.name for loss in rows)}")
     chosen = controller_of(robot, args.controller)
     chosen.build(chosen.robot)  # one that does not come up is told once, not in every cell
+    speaker = Speaker(is_kept=args.html is not None)
     if not args.json:
-        print(_header(robot, args.controller))
+        speaker.say(_header(robot, args.controller))
     matrix = []
     for number, cells in zip(numbers, _rows(robot, rows, numbers, args), strict=True):
         matrix.append((rows[number], cells))
-        if args.json:
-            for cell in cells:
-                print(json.dumps(cell.as_dict()), flush=True)
-        else:
-            print(_line(cells), flush=True)
+        speaker.say("\n".join(json.dumps(cell.as_dict()) for cell in cells) if args.json else _line(cells))
     if not args.json:
-        print("\n".join(_below(matrix)))
+        speaker.say("\n".join(_below(matrix)))
     if args.html:
         write_text(args.html, _page(robot, args.controller, matrix))
+    speaker.end()
     return EXIT_FAILED if any(cell.verdict == RED for _, cells in matrix for cell in cells) else EXIT_OK
 
 

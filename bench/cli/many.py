@@ -47,13 +47,14 @@ def suite_of(args: argparse.Namespace) -> int:
     from bench.check.page import page
     from bench.check.suite import run_scenarios
     from bench.cli.headless import asked_to_stop
-    from bench.cli.output import refuse_hopeless, write_text
+    from bench.cli.output import Speaker, refuse_hopeless, write_text
     from bench.cli.progress import Progress
     from bench.errors import EXIT_FAILED, EXIT_OK
 
     paths = _paths(args)
     refuse_hopeless(args.html, args.junit)
     results: list[Result] = []
+    speaker = Speaker(is_kept=args.html is not None or args.junit is not None)
     progress = Progress([path.stem for path in paths], is_shown=not args.json)
     with asked_to_stop() as asked:
 
@@ -65,13 +66,14 @@ def suite_of(args: argparse.Namespace) -> int:
             results.append(result)
             progress.failed += not result.ok
             progress.clear()
-            _print(result, args.json)
+            speaker.say("\n".join(_lines(result, args.json)))
         progress.clear()
     if not args.json:
-        print("\n".join(_below(results)))
+        speaker.say("\n".join(_below(results)))
     for path, text in ((args.html, page), (args.junit, junit_xml)):
         if path is not None:
             write_text(path, text(results))
+    speaker.end()
     if asked:
         raise KeyboardInterrupt
     return EXIT_OK if all(result.ok for result in results) else EXIT_FAILED
@@ -102,14 +104,11 @@ def _paths(args: argparse.Namespace) -> list[Path]:
     return paths
 
 
-def _print(result: Result, as_json: bool) -> None:
+def _lines(result: Result, as_json: bool) -> list[str]:
     if as_json:
-        print(json.dumps(result.as_dict()), flush=True)
-        return
+        return [json.dumps(result.as_dict())]
     word = "ok" if result.ok else "FAILED" if result.stopped_tick is None else "stopped"
-    print(f"{word:8}{result.name}", flush=True)
-    for reason in result.reasons:
-        print(f"        {reason}", flush=True)
+    return [f"{word:8}{result.name}", *(f"        {reason}" for reason in result.reasons)]
 
 
 def _below(results: Sequence[Result]) -> list[str]:

@@ -8,6 +8,32 @@ from pathlib import Path
 from bench.errors import SurroundingsError, UsageError
 
 
+class Speaker:
+    """Prints. Where a page or report is still to be written (`is_kept`), a reader that has left (`| head`) does not end
+    the run: `end` raises what was met, when all is done.
+    """
+
+    def __init__(self, is_kept: bool) -> None:
+        self._is_kept = is_kept
+        self._met: OSError | None = None
+
+    def say(self, text: str) -> None:
+        """A line, or some. Raises OSError."""
+        if self._met is not None:
+            return
+        try:
+            print(text, flush=True)
+        except OSError as error:
+            if not self._is_kept:
+                raise
+            self._met = error
+
+    def end(self) -> None:
+        """Raises OSError."""
+        if self._met is not None:
+            raise self._met
+
+
 def refuse_hopeless(*paths: Path | None) -> None:
     """Before a long run: what could not be written after it either, and what nobody means to (`--html *.toml`, two
     texts in one file). Raises SurroundingsError, UsageError.
