@@ -169,7 +169,7 @@ def _drive_keys(hands: Hands) -> list[Line]:
         return [_keys(("I", source_state(hands) or f"{hands.source} drives")), _keys(("I", hands.source))]
     core = [("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")] if hands.core_asks is not None else []
     if hands.transmitter_on is None:
-        return [_keys(*core, ("Z", "follow")), _keys(("C", "core") if core else ("Z", "follow"))]
+        return [_keys(*core, ("Z", "follow")), _keys(("C", "core's arc") if core else ("Z", "follow"))]
     radio = "on " if hands.transmitter_on else "OFF"
     drive, transmitter = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}")
     long = _keys(drive, transmitter, *core, ("Z", "follow"))
