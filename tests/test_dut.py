@@ -639,6 +639,24 @@ def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
     assert not any("ARMED" in line or "robot-centric" in line for line in text)
 
 
+def test_whoever_leaves_leaves_firmware_at_rest():
+    """Only it knows whether it is armed: the sticks are at rest for as long as any base takes."""
+    fixed = firmware_of(EXAMPLES / "superloop" / "fixed.toml")
+    keyboard = Keyboard(M2006.rc)
+    bench = Bench(fixed(M2006), simulated(M2006).world)
+    session = Session(InlineLink(bench, keyboard.inputs, Granted(), remembers=True), keyboard=keyboard)
+    pass_ticks(session, 300)
+    session.key("enter")
+    pass_ticks(session, 300)
+    for _ in range(20):
+        session.key("w")
+        pass_ticks(session, 30)
+    assert bench.snapshot().twist.vx_mps > 0.2
+    session.leave()
+    assert session.over
+    assert bench.snapshot().twist.vx_mps == pytest.approx(0.0, abs=0.01)
+
+
 def test_in_the_dashboard_firmware_pauses_and_steps_on_and_says_that_it_does_not_go_back(tmp_path):
     """Every key of time: one sentence each, and the run goes on."""
     fixed = firmware_of(EXAMPLES / "superloop" / "fixed.toml")

@@ -192,7 +192,7 @@ class Session:
         self.over = True
 
     def come_to_rest(self) -> None:
-        """Stop the robot, and let time pass until it is disarmed."""
+        """Stop the robot, and let time pass until it is disarmed; all of it where nobody knows that."""
         keyboard, link = self.keyboard, self.link
         if keyboard is None:
             return
@@ -200,7 +200,7 @@ class Session:
         keyboard.stop(link.now_tick, link.latest().armed)
         for _ in range(REST_TICKS // REST_STEP_TICKS):
             link.run(REST_STEP_TICKS)
-            if not link.latest().armed:
+            if link.latest().armed is False:
                 return
 
     def step(self) -> None:
