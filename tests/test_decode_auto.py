@@ -45,7 +45,7 @@ def test_auto_reads_a_pipe_once(call, tmp_path):
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/mem"), reason="this system has no file whose reading fails")
 def test_a_file_whose_reading_fails_is_one_sentence(call):
-    says = "wheelbench decode: /proc/self/mem: cannot be read (Input/output error)\n"
+    says = "wheelbench decode: /proc/self/mem: cannot be read (Input/output error); check the path\n"
     assert call("decode", "auto", "/proc/self/mem") == (2, "", says)
 
 

@@ -293,10 +293,10 @@ def test_a_bridge_to_a_bus_that_is_away_says_no_current_when_it_is_back():
         bridge.device.close()
 
 
-WILD = (0x200, b"\x02\x58" * 4)
+SOME_CURRENT = (0x200, b"\x02\x58" * 4)
 
 
-def full(line, frame=WILD):
+def full(line, frame=SOME_CURRENT):
     """A port to an adapter that reads nothing, when the line has not taken a byte for a while; frames sent by then.
 
     One by one, because a pty with no room for many may have some for one.
@@ -314,7 +314,7 @@ def test_a_last_word_waits_for_room_on_a_line_that_is_full(monkeypatch):
     port, _ = full(line)
     rig = Rig("motors")
     rig.limiter, rig.ports, rig.buses = Limiter(load_robot("m2006")), [port], [OutBus(port)]
-    rig.buses[0].put([WILD])
+    rig.buses[0].put([SOME_CURRENT])
     reader, heard = SlcanReader(), []
 
     def while_it_waits(duration_ns):
@@ -327,7 +327,7 @@ def test_a_last_word_waits_for_room_on_a_line_that_is_full(monkeypatch):
         heard.extend(reader.feed(data))
     line.close()
     assert heard[-CLOSING_FRAMES:] == [NO_CURRENT] * CLOSING_FRAMES
-    assert set(heard[:-CLOSING_FRAMES]) == {WILD}
+    assert set(heard[:-CLOSING_FRAMES]) == {SOME_CURRENT}
 
 
 @pytest.mark.parametrize("length", [6, 7, 8])
@@ -349,7 +349,7 @@ def test_a_frame_that_a_full_line_cuts_takes_no_other_with_it(length):
 def test_each_frame_that_a_full_line_drops_is_counted():
     line = open_serial("adapter", "pty:")
     port, sent = full(line)
-    assert not port.write([WILD] * 50, within_s=0.02)
+    assert not port.write([SOME_CURRENT] * 50, within_s=0.02)
     reader, heard = SlcanReader(), 0
     deadline = time.monotonic() + 1.0
     while heard + port.dropped_frames < sent + 50 and time.monotonic() < deadline:
