@@ -248,8 +248,8 @@ def test_replay_over_real_ports_gives_the_same_recording(call, tmp_path):
     scenario = short_scenario(tmp_path, f'rc = "{DRIVE}"\n', seconds=2.0)
     assert call("replay", scenario, "--record", tmp_path / "plain")[0] == 0
     ports = ("--rc", "pty:", "--slamware", "pty:", "--can", "can:virtual:wheelbench-test")
-    status, out, _ = call("replay", scenario, *ports, "--golden", tmp_path / "plain")
-    assert (status, "identical" in out) == (0, True)
+    status, out, err = call("replay", scenario, *ports, "--golden", tmp_path / "plain")
+    assert (status, "identical" in out) == (0, True), err
 
 
 @pytest.mark.parametrize(
