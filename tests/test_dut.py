@@ -36,7 +36,7 @@ from bench.messages import TickInput
 from bench.screen.keyboard import Keyboard
 from bench.screen.layout import PAGES
 from bench.screen.scene import Shown
-from bench.screen.session import Session
+from bench.screen.session import ABANDONED_MS, Session
 from bench.screen.stage import to_drive
 from bench.screen.status import status
 from bench.screen.view import picture
@@ -632,6 +632,12 @@ def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
             assert ("only the base itself" in shown) is (page == "drive" and size != (40, 12))
     session.key("space")
     assert "whether it is armed only the base knows" in session.scene().notice
+    session.silence(ABANDONED_MS)
+    pass_ticks(session, 100)
+    assert bench.world.plant.currents_a != [0.0] * 3, "it is powered still"
+    session.silence(ABANDONED_MS + 1)
+    pass_ticks(session, M2006.link.disarm_ms + 200)
+    assert max(map(abs, bench.world.plant.currents_a)) < 1e-6, "who loses its link disarms"
     text = ["".join(word for word, _ in line) for panel in (status, wheels) for line in panel(scene, 100, 20)]
     assert any("FOREIGN BASE  seen by its wires" in line for line in text), text
     assert any("odo off" in line and "mm" not in line for line in text)

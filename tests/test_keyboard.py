@@ -383,6 +383,18 @@ def test_nobody_but_a_foreign_base_knows_whether_it_is_armed_and_nothing_is_told
     assert keyboard.press("space", 0, True) == "stopped"
 
 
+@pytest.mark.parametrize("armed", [True, False, None])
+def test_who_is_abandoned_stops_and_a_foreign_base_loses_its_link(armed):
+    keyboard = Keyboard(M2006.rc)
+    keyboard.abandon(0, armed)
+    frames = [frame for tick in range(300) if (frame := keyboard.inputs(tick).rc)]
+    assert bool(frames) is (armed is not None), "of a foreign base only its own watch over the link can be relied on"
+    assert any(frame != frames[0] for frame in frames) is (armed is True), (
+        "the arming switch is pressed, the sticks rest"
+    )
+    assert keyboard.transmitter.on is (armed is not None)
+
+
 def test_a_real_core_is_not_said_to_have_been_told():
     for profile in (M2006.rc, None):
         keyboard = Keyboard(profile, core_is_real=True)

@@ -258,6 +258,13 @@ class Keyboard:
             self._aux1.cancel()  # an arming press that has not left yet shall not
         return FOREIGN_STOP if armed is None else "stopped"
 
+    def abandon(self, now_tick: int, armed: bool | None) -> None:
+        """Nobody is there: disarmed, or where only the base knows whether it is armed, its link cut."""
+        if armed is not False:
+            self.stop(now_tick, armed)
+        if armed is None and self.transmitter is not None:
+            self.transmitter.on = False
+
     def change_power(self, steps: int) -> str:
         """Push the sticks further, or less far: 10 to 100 percent."""
         power = self.sticks.power_percent + steps * POWER_STEP_PERCENT

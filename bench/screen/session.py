@@ -162,8 +162,7 @@ class Session:
             self.say("the terminal does not answer: sticks at rest, only Space is heard")
         if age_ms > ABANDONED_MS:
             self.link.see(self.link.newest_tick)
-        if age_ms > ABANDONED_MS and self.link.latest().armed:
-            keyboard.stop(self.link.now_tick, True)
+            keyboard.abandon(self.link.now_tick, self.link.latest().armed)
 
     def hands_off(self) -> None:
         """Nobody is at the keys: another window has them, or the program was asleep."""
