@@ -24,7 +24,9 @@ def captures() -> Path:
     """The folder that WHEELBENCH_CAPTURES names; recordings made by other projects are not part of this repository."""
     folder = os.environ.get("WHEELBENCH_CAPTURES")
     if not folder:
-        pytest.skip("WHEELBENCH_CAPTURES is not set: recordings of other projects are not part of this repository")
+        pytest.skip(
+            "WHEELBENCH_CAPTURES is not set: it names a folder of other people's captures, see fixtures/README.md"
+        )
     return Path(folder)
 
 
