@@ -41,7 +41,8 @@ def test_an_install_that_fails_says_why_and_what_to_try(checkout):
     assert any("ERROR" in line and "hatchling" in line for line in lines)
     assert lines[-2].startswith("wheelbench: pip could not install into .venv")
     assert "Traceback" not in done.stderr
-    assert not list((checkout / ".venv").glob(".*")), "the next make tries again"
+    stamps = {path.name for path in (checkout / ".venv").glob(".*")} - {".gitignore"}  # Python 3.13 writes that one
+    assert not stamps, "the next make tries again"
 
 
 @pytest.mark.parametrize("kind", ["socketcan", "gamepad"])

@@ -1,5 +1,6 @@
 """Nonsense on every wire at once, for long: nothing raises, nothing moves that was not asked to, memory stays put."""
 
+import gc
 import random
 import tracemalloc
 
@@ -48,9 +49,10 @@ def test_noise_for_long_keeps_memory_and_motors_still():
         for _ in range(6000):
             commands, _ = base.step(*next(stream))
             assert decode_command(commands[0][1]) == (0, 0, 0, 0), "noise does not arm a robot"
+        gc.collect()  # which also empties Python's own stores of freed tuples and floats, 100 kB by themselves
         after, _ = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    assert after - before < 64 * 1024
+    assert after - before < 16 * 1024
     assert base.link.noise_bytes > 10_000
     assert base.motors.malformed_frames > 1000
