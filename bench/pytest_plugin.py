@@ -74,14 +74,17 @@ def bench(
     from bench.errors import UsageError
 
     marker = request.node.get_closest_marker("wheelbench")
-    chosen: dict[str, Any] = dict(marker.kwargs) if marker else {}
+    chosen = {key: value for key, value in marker.kwargs.items() if value is not None} if marker else {}
     unknown = sorted(set(chosen) - set(MARKER_KEYS))
     if unknown or (marker and marker.args):
         takes = ", ".join(f"{key}=" for key in MARKER_KEYS)
         pytest.fail(f"the marker wheelbench takes {takes}; not {', '.join(unknown) or marker.args}", False)
+    for key, value in chosen.items():
+        if not isinstance(value, str | Path):
+            pytest.fail(f"the marker wheelbench: {key} is a name or a file, not {value!r}", pytrace=False)
     try:
         robot = load_robot(chosen.get("robot", "m2006"), chosen.get("profile"))
-        arena = load_arena(request.path.parent / chosen["arena"]) if chosen.get("arena") else FIELD
+        arena = load_arena(request.path.parent / chosen["arena"]) if "arena" in chosen else FIELD
         bench = Driven(robot, tmp_path / "run", controller, arena)
     except UsageError as error:
         raise pytest.fail.Exception(str(error), pytrace=False) from None

@@ -85,6 +85,11 @@ def test_a_golden_is_pinned_only_when_asked_and_never_in_ci(project):
     assert run_pytest(folder, "-q", CI="true")[0] == 0
 
 
+def test_none_in_the_marker_is_what_no_marker_is(project):
+    text = "import pytest\n@pytest.mark.wheelbench(robot=None, profile=None, arena=None)\ndef test(bench):"
+    assert run_pytest(project(f"{text} assert bench.robot.name == 'm2006'"), "-q")[0] == 0
+
+
 def test_the_marker_chooses_robot_and_profile(project):
     folder = project(
         """
@@ -118,6 +123,9 @@ def test_by_the_core_alone(bench, slamware_link, plant):
             "no robot is called 'm206'; did you mean m2006?",
         ),
         ("@pytest.mark.wheelbench(robt='m2006')\ndef test(bench): pass", "takes robot=, profile=, arena=; not robt"),
+        ("@pytest.mark.wheelbench(arena=3)\ndef test(bench): pass", "arena is a name or a file, not 3"),
+        ("@pytest.mark.wheelbench(arena='')\ndef test(bench): pass", "cannot be read (Is a directory)"),
+        ("@pytest.mark.wheelbench(robot='')\ndef test(bench): pass", "is a directory; a robot is a .toml file"),
         ("@pytest.mark.wheelbench(robot='slamware-b')\ndef test(rc): pass", "takes no RC; use slamware_link"),
     ],
 )
