@@ -607,8 +607,8 @@ def test_odometry_of_the_example_is_the_robots_own_way(tmp_path, capsys):
     assert (x, y, heading) == pytest.approx(end, abs=0.003)
 
 
-def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
-    """Armed and driven by keys; nothing is told of it that only our own base would know."""
+def driven_by_keys():
+    """(bench, session): a firmware, armed and driven."""
     fixed = firmware_of(EXAMPLES / "superloop" / "fixed.toml")
     keyboard = Keyboard(M2006.rc)
     bench = Bench(fixed(M2006), simulated(M2006).world)
@@ -620,6 +620,13 @@ def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
     for _ in range(20):
         session.key("w")
         pass_ticks(session, 30)
+    assert bench.snapshot().twist.vx_mps > 0.2
+    return bench, session
+
+
+def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
+    """Nothing is told of it that only our own base would know."""
+    bench, session = driven_by_keys()
     scene = session.scene()
     assert scene.snapshot.pose.x_m > 0.05, "it drives"
     assert scene.snapshot.rc_frames == bench.now_tick // 10
@@ -632,12 +639,6 @@ def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
             assert ("only the base itself" in shown) is (page == "drive" and size != (40, 12))
     session.key("space")
     assert "whether it is armed only the base knows" in session.scene().notice
-    session.silence(ABANDONED_MS)
-    pass_ticks(session, 100)
-    assert bench.world.plant.currents_a != [0.0] * 3, "it is powered still"
-    session.silence(ABANDONED_MS + 1)
-    pass_ticks(session, M2006.link.disarm_ms + 200)
-    assert max(map(abs, bench.world.plant.currents_a)) < 1e-6, "who loses its link disarms"
     text = ["".join(word for word, _ in line) for panel in (status, wheels) for line in panel(scene, 100, 20)]
     assert any("FOREIGN BASE  seen by its wires" in line for line in text), text
     assert any("odo off" in line and "mm" not in line for line in text)
@@ -645,19 +646,20 @@ def test_the_dashboard_shows_its_wires_and_the_truth(tmp_path):
     assert not any("ARMED" in line or "robot-centric" in line for line in text)
 
 
+def test_firmware_loses_its_link_where_the_terminal_has_been_silent_for_a_second():
+    """Only it knows whether it is armed: its own watch over the link is what stops it for good."""
+    bench, session = driven_by_keys()
+    session.silence(ABANDONED_MS)
+    pass_ticks(session, 100)
+    assert bench.world.plant.currents_a != [0.0] * 3, "it is powered still"
+    session.silence(ABANDONED_MS + 1)
+    pass_ticks(session, M2006.link.disarm_ms + 200)
+    assert max(map(abs, bench.world.plant.currents_a)) < 1e-6
+
+
 def test_whoever_leaves_leaves_firmware_at_rest():
     """Only it knows whether it is armed: the sticks are at rest for as long as any base takes."""
-    fixed = firmware_of(EXAMPLES / "superloop" / "fixed.toml")
-    keyboard = Keyboard(M2006.rc)
-    bench = Bench(fixed(M2006), simulated(M2006).world)
-    session = Session(InlineLink(bench, keyboard.inputs, Granted(), remembers=True), keyboard=keyboard)
-    pass_ticks(session, 300)
-    session.key("enter")
-    pass_ticks(session, 300)
-    for _ in range(20):
-        session.key("w")
-        pass_ticks(session, 30)
-    assert bench.snapshot().twist.vx_mps > 0.2
+    bench, session = driven_by_keys()
     session.leave()
     assert session.over
     assert bench.snapshot().twist.vx_mps == pytest.approx(0.0, abs=0.01)
