@@ -25,6 +25,8 @@ from bench.screen.text import (
     width_of,
 )
 
+MOST_ROWS = 3
+"""Of sentences above the foot."""
 LEAST_NAME = 10
 """So much of a name is shown before the pages are left out for it."""
 
@@ -145,13 +147,17 @@ def source_state(hands: Hands | None) -> str:
 
 
 def _wrapped(scene: Scene, width: int) -> list[str]:
-    """A notice goes by, so it may have more room than how a source is, which stays."""
-    text, rows, room = scene.notice, 3, width - 3 - width_of(_always(scene))
-    if not text and not _keys_of_time(scene):
-        text, rows, room = source_state(scene.hands), 1, room - 2
-    if len(text) <= room:
-        return []
-    return textwrap.wrap(text, max(10, width - 2), max_lines=rows, placeholder=" …", break_on_hyphens=False)
+    """A notice goes by, so it may have more room than how a source is, which stays, and is told below it."""
+    room = width - 3 - width_of(_always(scene))
+    notice = scene.notice if len(scene.notice) > room else ""
+    state = source_state(scene.hands) if not _keys_of_time(scene) and notice == scene.notice else ""
+    state = state if len(state) > room - 2 else ""
+    sentences = ((notice, MOST_ROWS - bool(state)), (state, 1))
+    return [row for text, rows in sentences for row in _rows(text, width, rows)]
+
+
+def _rows(text: str, width: int, most: int) -> list[str]:
+    return textwrap.wrap(text, max(10, width - 2), max_lines=most, placeholder=" …", break_on_hyphens=False)
 
 
 def _always(scene: Scene) -> Line:
