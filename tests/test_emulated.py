@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -168,6 +169,35 @@ def test_a_pty_tells_who_is_there(tmp_path):
         assert port.revive()
     port.close()
     assert not link.exists()
+
+
+class BetweenTwoLooks:
+    """A poll in whose middle the other end writes and leaves, when the kernel has looked for input already."""
+
+    def __init__(self, poll, leave):
+        self._poll, self._leave = poll, leave
+
+    def poll(self, timeout):
+        leave, self._leave = self._leave, None
+        if leave is None:
+            return self._poll.poll(timeout)
+        leave()
+        return [(descriptor, events & ~select.POLLIN) for descriptor, events in self._poll.poll(timeout)]
+
+
+def test_who_writes_and_leaves_at_once_is_heard():
+    port = open_serial("rc", "pty:")
+    peer = serial.Serial(port.where, 115200)
+    assert port.revive()
+
+    def leave():
+        peer.write(b"last word")
+        peer.close()
+
+    port._poll = BetweenTwoLooks(port._poll, leave)
+    assert port.read() == b"last word"
+    assert port.lost
+    port.close()
 
 
 def test_a_full_line_drops_and_counts_and_never_blocks():

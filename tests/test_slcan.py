@@ -330,6 +330,19 @@ def test_a_last_word_waits_for_room_on_a_line_that_is_full(monkeypatch):
     assert set(heard[:-CLOSING_FRAMES]) == {SOME_CURRENT}
 
 
+def test_a_last_word_counts_however_much_stands_before_it(adapter):
+    """Whoever read nothing for a moment has more before it than one read brings; then the host is gone already."""
+    port = open_can("--can", f"can:slcan:{adapter.line.where}")
+    adapter.until(lambda: adapter.device.adapter.is_open)
+    for _ in range(500):
+        assert port.write([SOME_CURRENT])
+    assert port.write([NO_CURRENT])
+    port.close()
+    adapter.step()
+    assert adapter.far.read() == (SOME_CURRENT,) * 500 + (NO_CURRENT,)
+    assert not adapter.device.adapter.is_open
+
+
 @pytest.mark.parametrize("length", [6, 7, 8])
 def test_a_frame_that_a_full_line_cuts_takes_no_other_with_it(length):
     """An adapter takes a line for a frame as a whole. At these lengths the last one is cut in its middle."""

@@ -573,9 +573,7 @@ def test_why_what_has_the_sticks_does_not_drive_is_told_on_every_size(size, sour
     assert state not in screen(scene(hands=stands, pace=Pace(paused=True)), 60, 16), "time stands still anyhow"
     said = screen(scene(hands=stands, notice="transmitter off"), *size)
     assert "transmitter off" in said
-    silent = (
-        "the terminal does not answer: sticks at rest, only Space is heard, and whatever else one could say of it"
-    )
+    silent = "the terminal does not answer: sticks at rest, only Space is heard, and whatever else one could say of it"
     told = " ".join(screen(scene(hands=stands, notice=silent), *size).split())
     assert "the terminal does not answer" in told
     assert size[0] in (40, 170) or f"{source}: {state[:40]}" in told, "below it, since it may stand for long"

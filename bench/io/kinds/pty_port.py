@@ -10,6 +10,9 @@ from contextlib import suppress
 from bench.errors import SurroundingsError
 from bench.io.kinds.serial_line import BLOCK_BYTES, SerialLine
 
+MOST_BLOCKS = 32
+"""More than Linux keeps of what nobody has read."""
+
 
 class PtyPort(SerialLine):
     """`where` is what the other end opens, a link with a steady name if one was given. It is never opened anew.
@@ -34,10 +37,15 @@ class PtyPort(SerialLine):
         events = self._look()
         if not events & select.POLLIN:
             return b""
+        blocks: list[bytes] = []
         try:
-            return self._counted(os.read(self._fd, BLOCK_BYTES))
-        except OSError:  # the other end closed between the two calls
-            return b""
+            # A read brings 4095 bytes at most, on a busy machine only a part of what was sent. Of whom has left it has
+            # to be all: `lost` is told with it, and what was said last, a zero for motors, must not come behind that.
+            for _ in range(MOST_BLOCKS if events & select.POLLHUP else 1):
+                blocks.append(os.read(self._fd, BLOCK_BYTES))
+        except OSError:  # there is no more, or the other end closed between the two calls
+            pass
+        return self._counted(b"".join(blocks))
 
     def write(self, data: bytes, within_s: float = 0.0) -> bool:
         """Send, if somebody is there."""
@@ -58,10 +66,13 @@ class PtyPort(SerialLine):
         self.lost = "closed"
 
     def _look(self) -> int:
-        if self._poll is None:
+        poll = self._poll
+        if poll is None:
             return 0
-        events = self._poll.poll(0)
-        seen = events[0][1] if events else 0
+        seen = _seen(poll)
+        if seen & select.POLLHUP and not seen & select.POLLIN:
+            # The kernel looks for input first: who wrote and left between its two looks has written all the same.
+            seen = _seen(poll)
         if not seen & select.POLLHUP:
             self.lost = ""
         elif not self.lost:
@@ -95,3 +106,9 @@ class PtyPort(SerialLine):
             with suppress(OSError):
                 os.unlink(self._link)
             self._link = ""
+
+
+def _seen(poll: select.poll) -> int:
+    """The events of the one descriptor."""
+    events = poll.poll(0)
+    return events[0][1] if events else 0
