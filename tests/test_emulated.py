@@ -7,7 +7,9 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import can
@@ -20,6 +22,7 @@ from bench.io.can_port import open_can
 from bench.io.clock import now_ns, wait_ns
 from bench.io.emulated.devices import BaseOnLine, CoreOnLine, EscsOnBus, ReceiverOnLine
 from bench.io.emulated.serve import serve
+from bench.io.kinds import tcp_port
 from bench.io.paced_writer import PacedWriter
 from bench.io.serial_port import open_serial
 from bench.m2006 import decode_feedback, encode_command
@@ -259,6 +262,63 @@ def test_a_listener_takes_one_after_the_other():
     with pytest.raises(SurroundingsError, match="cannot listen there"):
         open_serial("slamware", f"listen://127.0.0.1:{number}")
     listener.close()
+
+
+@pytest.fixture
+def connection():
+    """Both ends of a TCP line: ours, and one of nobody's."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        port = open_serial("--can", f"socket://127.0.0.1:{server.getsockname()[1]}")
+        peer, _ = server.accept()
+    with peer:
+        yield port, peer
+        port.close()
+
+
+def test_what_was_said_last_arrives_though_the_line_is_full_and_more_is_there_to_read(connection, monkeypatch):
+    """A connection that is closed over something unread is reset, and with it goes what had not left yet."""
+    port, peer = connection
+    while port.write(bytes(65536)):
+        pass
+    peer.sendall(b"feedback")
+    heard = bytearray()
+
+    def listen():
+        time.sleep(0.1)  # by then it has left
+        with suppress(ConnectionResetError):
+            while data := peer.recv(65536):
+                heard.extend(data)
+
+    monkeypatch.setattr(tcp_port, "LEAVE_S", DEADLINE_S)
+    listener = threading.Thread(target=listen)
+    listener.start()
+    assert port.write(b"last word", within_s=DEADLINE_S)
+    port.close()
+    listener.join()
+    assert heard.endswith(b"last word")
+
+
+def test_nobody_waits_long_for_one_who_reads_nothing(connection):
+    port, _ = connection
+    while port.write(bytes(65536)):
+        pass
+    begun = time.monotonic()
+    port.close()
+    assert time.monotonic() - begun < DEADLINE_S / 2
+
+
+def test_what_one_said_who_has_left_is_read_though_nothing_can_be_told_him(connection):
+    """Who left over something unread has reset the connection: the next write finds that, and not the next read."""
+    port, peer = connection
+    port.write(b"feedback")
+    peer.recv(1)
+    peer.sendall(b"last word")
+    peer.close()
+    until(lambda: not port.write(b"feedback"))
+    assert port.lost
+    assert port.read() == b"last word"
+    assert port.read() == b""
 
 
 OPENS_AS_NOBODY = """

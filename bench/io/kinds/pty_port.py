@@ -10,9 +10,6 @@ from contextlib import suppress
 from bench.errors import SurroundingsError
 from bench.io.kinds.serial_line import BLOCK_BYTES, SerialLine
 
-MOST_BLOCKS = 32
-"""More than Linux keeps of what nobody has read."""
-
 
 class PtyPort(SerialLine):
     """`where` is what the other end opens, a link with a steady name if one was given. It is never opened anew.
@@ -37,15 +34,13 @@ class PtyPort(SerialLine):
         events = self._look()
         if not events & select.POLLIN:
             return b""
-        blocks: list[bytes] = []
+        if events & select.POLLHUP:
+            # A read brings 4095 bytes at most, on a busy machine only a part of what was sent; `lost` is told already.
+            return self._counted(self._remains())
         try:
-            # A read brings 4095 bytes at most, on a busy machine only a part of what was sent. Of whom has left it has
-            # to be all: `lost` is told with it, and what was said last, a zero for motors, must not come behind that.
-            for _ in range(MOST_BLOCKS if events & select.POLLHUP else 1):
-                blocks.append(os.read(self._fd, BLOCK_BYTES))
-        except OSError:  # there is no more, or the other end closed between the two calls
-            pass
-        return self._counted(b"".join(blocks))
+            return self._counted(os.read(self._fd, BLOCK_BYTES))
+        except OSError:  # the other end closed between the two calls
+            return b""
 
     def write(self, data: bytes, within_s: float = 0.0) -> bool:
         """Send, if somebody is there."""

@@ -9,6 +9,7 @@ import os
 import select
 import termios
 from abc import abstractmethod
+from contextlib import suppress
 
 from bench.io.clock import TICK_NS, now_ns, wait_ns
 from bench.io.revival import Revivable
@@ -16,6 +17,8 @@ from bench.io.revival import Revivable
 BLOCK_BYTES = 8192
 FLOOD_BYTES, FLOOD_READS = 2048, 10
 """So much at once, so often in a row, is more than any line brings in a millisecond (20 Mbaud): somebody floods it."""
+MOST_BLOCKS = 32
+"""Of one who has left so much is read at once: more than Linux keeps of a pty (16 kB), or a second of a fast line."""
 
 
 class SerialLine(Revivable):
@@ -31,6 +34,7 @@ class SerialLine(Revivable):
         self.is_flooded = False
         self.note = ""
         self._full_reads = 0
+        self._unread = b""
         self._fd = -1
         self._poll: select.poll | None = None
 
@@ -38,7 +42,8 @@ class SerialLine(Revivable):
         """What has come since the last call; never waits."""
         poll = self._poll
         if poll is None:
-            return b""
+            unread, self._unread = self._unread, b""
+            return unread
         events = poll.poll(0)
         if not events:
             return b""
@@ -68,6 +73,7 @@ class SerialLine(Revivable):
                             break
                         wait_ns(TICK_NS)
             except OSError as error:
+                self._unread = self._remains()
                 self._lose(self._why(error))
         self.dropped_bytes += len(left)
         return not left
@@ -88,6 +94,7 @@ class SerialLine(Revivable):
 
     def _use(self, fd: int) -> None:
         os.set_blocking(fd, False)
+        self._unread = b""
         self._fd = fd
         self._poll = select.poll()
         self._poll.register(fd, select.POLLIN)
@@ -95,6 +102,14 @@ class SerialLine(Revivable):
     def _release(self) -> None:
         self._fd, self._poll = -1, None
         self._shut()
+
+    def _remains(self) -> bytes:
+        """All that one who has left had sent and nobody has read: its end, a zero for motors, counts most."""
+        blocks: list[bytes] = []
+        with suppress(OSError):  # there is no more
+            while len(blocks) < MOST_BLOCKS and (block := os.read(self._fd, BLOCK_BYTES)):
+                blocks.append(block)
+        return b"".join(blocks)
 
     def _counted(self, data: bytes) -> bytes:
         if len(data) < FLOOD_BYTES:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import array
 import errno
+import fcntl
 import socket
+import termios
+from contextlib import suppress
 
 from bench.errors import SurroundingsError
-from bench.io.kinds.serial_line import SerialLine
+from bench.io.clock import TICK_NS, now_ns, wait_ns
+from bench.io.kinds.serial_line import BLOCK_BYTES, MOST_BLOCKS, SerialLine
 
 CONNECT_S, RECONNECT_S = 2.0, 0.05
 """Coming back must not hold up a loop for long."""
+LEAVE_S = 0.5
 
 
 class _Connection(SerialLine):
@@ -21,8 +27,15 @@ class _Connection(SerialLine):
 
     def _connected(self, made: socket.socket) -> None:
         made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        made.setblocking(False)
         self._socket = made
         self._use(made.fileno())
+
+    def close(self) -> None:
+        """Give it back, when what was said last has arrived."""
+        if self._socket is not None:
+            _leave(self._socket)
+        super().close()
 
     def _shut(self) -> None:
         if self._socket is not None:
@@ -66,7 +79,7 @@ class ListenPort(_Connection):
 
     def read(self) -> bytes:
         """What has come since the last call; never waits."""
-        if self._socket is None and not self._accept():
+        if self._socket is None and not self._unread and not self._accept():
             return b""
         return super().read()
 
@@ -93,3 +106,29 @@ class ListenPort(_Connection):
     def _open(self) -> None:
         if self._socket is None and not self._accept():
             raise ConnectionError(errno.ENOTCONN, "nobody has connected again")
+
+
+def _leave(made: socket.socket) -> None:
+    """Say no more, and wait until what was said has arrived, at most `LEAVE_S`; at once where nobody is there.
+
+    A connection that is closed over something unread, or hears more after that, is reset: what had not arrived by then
+    is thrown away, and that may be a zero for motors.
+    """
+    deadline_ns = now_ns() + int(LEAVE_S * 1e9)
+    with suppress(OSError):  # it has broken, or this system cannot tell
+        made.shutdown(socket.SHUT_WR)
+        while now_ns() < deadline_ns:
+            with suppress(BlockingIOError):
+                for _ in range(MOST_BLOCKS):
+                    if not made.recv(BLOCK_BYTES):
+                        break
+            if not _unsent(made):
+                return
+            wait_ns(TICK_NS)
+
+
+def _unsent(made: socket.socket) -> int:
+    """How many bytes the other end has not confirmed. Raises OSError where only Linux could tell."""
+    told = array.array("i", [0])
+    fcntl.ioctl(made.fileno(), termios.TIOCOUTQ, told)
+    return told[0]
