@@ -716,7 +716,7 @@ def test_a_refused_port_reaches_the_parent_as_it_was():
 
 
 def test_the_stop_key_of_a_pty_is_read(tmp_path):
-    """A person at a terminal: space ends a run on real ports."""
+    """A person at a terminal: space ends a run on real ports, also where a look finds another key in front of it."""
     line = tmp_path / "core"
     master, slave = os.openpty()
     peer = open_serial("core", f"pty:{line}")
@@ -743,7 +743,7 @@ def test_the_stop_key_of_a_pty_is_read(tmp_path):
         while "space stops" not in said:
             said = running.stdout.readline()
             assert said
-        os.write(master, b" ")
+        os.write(master, b"w ")
         out, _ = running.communicate(timeout=DEADLINE_S)
         assert running.returncode == 130
         assert "stopped   at" in out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from bench.io.process.child import Prepared
     from bench.io.process.link import ProcessLink
 
-STOP_KEYS = " \n\rq\x1b"
+STOP_KEYS = frozenset(b" \n\rq\x1b")
 
 
 def run_on_ports(args: argparse.Namespace, job: Run) -> int:
@@ -189,14 +190,22 @@ def _stop_key() -> Iterator[Callable[[], bool]]:
     if not sys.stdin or not sys.stdin.isatty():
         yield lambda: False
         return
-    before = termios.tcgetattr(sys.stdin)
+    terminal = sys.stdin.fileno()
+    before = termios.tcgetattr(terminal)
 
     def pressed() -> bool:
-        return bool(select.select([sys.stdin], [], [], 0)[0]) and sys.stdin.read(1) in STOP_KEYS
+        if not select.select([terminal], [], [], 0)[0]:
+            return False
+        try:
+            # All that was typed since the last look: sys.stdin would keep what stands behind the first key to itself.
+            keys = os.read(terminal, 4096)
+        except OSError:
+            return True  # the terminal has gone
+        return not keys or not STOP_KEYS.isdisjoint(keys)
 
     try:
-        tty.setcbreak(sys.stdin)
+        tty.setcbreak(terminal)
         print("space stops", flush=True)
         yield pressed
     finally:
-        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        termios.tcsetattr(terminal, termios.TCSADRAIN, before)
