@@ -6,6 +6,7 @@ import threading
 from collections import Counter
 
 import pytest
+from patience import DEADLINE_S
 from streams import KNOWN_RC
 
 CAPTURES = sorted(path for path in KNOWN_RC.glob("*.bin"))
@@ -38,7 +39,7 @@ def test_auto_reads_a_pipe_once(call, tmp_path):
     writer = threading.Thread(target=pipe.write_bytes, args=(whole,), daemon=True)
     writer.start()
     status, out, _ = call("decode", "auto", pipe)  # a second reading would wait for a writer for ever
-    writer.join(10)
+    writer.join(DEADLINE_S)
     assert (status, writer.is_alive()) == (0, False)
     assert "channels" in out
 

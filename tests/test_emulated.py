@@ -158,7 +158,7 @@ def test_a_pty_tells_who_is_there(tmp_path):
     assert port.lost
     port.write(b"to nobody")
     assert port.dropped_bytes == 9
-    with serial.Serial(str(link), 115200, timeout=5) as peer:
+    with serial.Serial(str(link), 115200, timeout=DEADLINE_S) as peer:
         assert port.revive()
         port.write(b"frame")
         assert peer.read(5) == b"frame", "and nothing of what was sent to nobody"

@@ -12,6 +12,7 @@ import tty
 
 import pytest
 import serial
+from patience import DEADLINE_S
 
 from bench.messages import BodyTwist
 from bench.slamware import SlamwareBase, SlamwareCore, as_reference_firmware
@@ -21,7 +22,6 @@ from bench.slamware.schedule import FULL
 from bench.slamware.senses import Motion
 
 SEED = "slamware ports 1"
-DEADLINE_S = 10.0
 
 
 class Cable:

@@ -3,13 +3,13 @@
 import os
 import random
 import threading
-import time
 
 import can
 import pytest
 import serial
 from hypothesis import example, given
 from hypothesis import strategies as st
+from patience import until
 
 from bench.config import load_robot
 from bench.errors import SurroundingsError, UsageError
@@ -351,9 +351,12 @@ def test_a_frame_that_a_full_line_cuts_takes_no_other_with_it(length):
     heard, frame = b"", (0x100, b"")
     while not port.write([frame]):  # there is room some time after it was read
         heard += line.read()
-    deadline = time.monotonic() + 1.0
-    while not heard.endswith(encode(frame)) and time.monotonic() < deadline:
+
+    def read():
+        nonlocal heard
         heard += line.read()
+
+    until(lambda: heard.endswith(encode(frame)), read)
     assert heard.endswith(b"\r" + encode(frame))
     port.close()
     line.close()
@@ -363,11 +366,9 @@ def test_each_frame_that_a_full_line_drops_is_counted():
     line = open_serial("adapter", "pty:")
     port, sent = full(line)
     assert not port.write([SOME_CURRENT] * 50, within_s=0.02)
-    reader, heard = SlcanReader(), 0
-    deadline = time.monotonic() + 1.0
-    while heard + port.dropped_frames < sent + 50 and time.monotonic() < deadline:
-        heard += len(reader.feed(line.read()))
-    assert heard + port.dropped_frames == sent + 50
+    reader, heard = SlcanReader(), []
+    until(lambda: len(heard) + port.dropped_frames >= sent + 50, lambda: heard.extend(reader.feed(line.read())))
+    assert len(heard) + port.dropped_frames == sent + 50
     port.close()
     line.close()
 

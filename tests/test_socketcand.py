@@ -6,6 +6,7 @@ import threading
 import time
 from contextlib import contextmanager, suppress
 
+import can.interfaces.socketcand  # noqa: F401  as nobody is to wait for the import
 import pytest
 from patience import DEADLINE_S, until
 

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import can
 import pytest
+from patience import DEADLINE_S
 
 from bench.canbus.bits import frame_bits
 from bench.config import load_robot
@@ -73,15 +74,15 @@ def test_what_one_sends_the_others_hear_when_it_is_through(node):
     one, two, three = node(), node(), node()
     began = time.monotonic()
     one.send(message(0x201, b"\x01\x02\x03"))
-    heard = two.recv(10)
+    heard = two.recv(DEADLINE_S)
     took_s = time.monotonic() - began
     assert (heard.arbitration_id, bytes(heard.data), heard.is_rx) == (0x201, b"\x01\x02\x03", True)
     assert took_s >= (frame_bits(0x201, b"\x01\x02\x03") - 4) / BITRATE, "not before its last bit"
-    assert three.recv(10).timestamp == heard.timestamp
+    assert three.recv(DEADLINE_S).timestamp == heard.timestamp
     assert one.recv(0) is None, "a node does not hear itself"
     own = node(receive_own_messages=True)
     own.send(message(0x100))
-    assert own.recv(10).is_rx is False
+    assert own.recv(DEADLINE_S).is_rx is False
 
 
 def test_a_burst_goes_back_to_back_and_by_urgency(node, clock):
@@ -94,7 +95,7 @@ def test_a_burst_goes_back_to_back_and_by_urgency(node, clock):
         for first, bus in senders.items():
             for k in range(3):
                 bus.send(message(first + k, bytes([k] * 8)))
-    heard = [ears.recv(10) for _ in range(10)]
+    heard = [ears.recv(DEADLINE_S) for _ in range(10)]
     assert [one.arbitration_id for one in heard] == [
         0x7FF, 0x100, 0x101, 0x102, 0x200, 0x201, 0x202, 0x300, 0x301, 0x302,
     ]  # fmt: skip
@@ -112,10 +113,10 @@ def test_a_full_queue_refuses_and_with_patience_takes(node, clock):
             clock.pass_ms(0.1)  # the first is on the wire
         with pytest.raises(can.CanOperationError, match="3 frames wait already"):
             bus.send(message(0x200))
-    bus.send(message(0x2FF), timeout=10)
+    bus.send(message(0x2FF), timeout=DEADLINE_S)
     heard = []
     while not heard or heard[-1] != 0x2FF:
-        heard.append(ears.recv(10).arbitration_id)
+        heard.append(ears.recv(DEADLINE_S).arbitration_id)
     assert heard == [0x100, 0x101, 0x102, 0x103, 0x2FF]
 
 
@@ -123,7 +124,7 @@ def test_extended_and_remote_frames_and_what_is_none(node):
     one, two = node(), node()
     one.send(can.Message(arbitration_id=0x12345678, is_extended_id=True, data=b"\x09"))
     one.send(message(0x55, b"", is_remote_frame=True, dlc=4))
-    first, second = two.recv(10), two.recv(10)
+    first, second = two.recv(DEADLINE_S), two.recv(DEADLINE_S)
     assert (first.arbitration_id, first.is_extended_id, bytes(first.data)) == (0x12345678, True, b"\x09")
     assert (second.arbitration_id, second.is_remote_frame, second.dlc) == (0x55, True, 4)
     with pytest.raises(can.CanOperationError, match="classic"):
@@ -144,7 +145,7 @@ def test_python_cans_own_threads_and_filters_work_on_it(node):
     task = bus.send_periodic(message(0x200), 0.01)
     other = bus.send_periodic(message(0x300), 0.01)
     try:
-        assert enough.wait(20)
+        assert enough.wait(DEADLINE_S)
     finally:
         task.stop()
         other.stop()
@@ -176,11 +177,11 @@ def test_the_bench_and_a_driver_meet_on_it(request):
     escs = EscsOnBus(load_robot("m2006"), open_can("escs", f"can:wheelbench:{name}@1000000?tx_frames=64"))
     with can.Bus(name, interface="wheelbench", bitrate=1_000_000) as driver:
         reports = {}
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + DEADLINE_S
         tick = 0
         while reports.get(0x201, (0, 0, 0))[1] < 100:
             assert time.monotonic() < deadline, reports
-            driver.send(message(0x200, encode_command((600, 0, 0, 0))), timeout=1)
+            driver.send(message(0x200, encode_command((600, 0, 0, 0))), timeout=DEADLINE_S)
             escs.step(tick)
             tick += 1
             while (heard := driver.recv(0)) is not None:
@@ -199,13 +200,15 @@ def test_shutdown_ends_a_thread_that_waits_and_says_so_to_others(node):
             what()
         ended.append(what)
 
-    threads = [threading.Thread(target=wait, args=(what,), daemon=True) for what in (bus.recv, lambda: bus.recv(60))]
+    threads = [
+        threading.Thread(target=wait, args=(what,), daemon=True) for what in (bus.recv, lambda: bus.recv(DEADLINE_S))
+    ]
     for thread in threads:
         thread.start()
     time.sleep(0.05)
     bus.shutdown()
     for thread in threads:
-        thread.join(20)
+        thread.join(DEADLINE_S)
     assert len(ended) == 2
     for late in (lambda: bus.recv(0), lambda: bus.send(message(0x1))):
         wait(late)
@@ -218,7 +221,7 @@ def test_two_threads_of_one_bus_send_and_receive_and_nothing_is_lost_or_doubled(
 
     def send(first):
         for k in range(100):
-            one.send(message(first, k.to_bytes(8, "big")), timeout=20)
+            one.send(message(first, k.to_bytes(8, "big")), timeout=DEADLINE_S)
 
     def receive():
         while True:
@@ -233,17 +236,17 @@ def test_two_threads_of_one_bus_send_and_receive_and_nothing_is_lost_or_doubled(
     for thread in (*senders, *receivers):
         thread.start()
     for thread in senders:
-        thread.join(60)
+        thread.join(DEADLINE_S)
     all_sent.set()
     for thread in receivers:
-        thread.join(60)
+        thread.join(DEADLINE_S)
     assert sorted(got) == [(can_id, k) for can_id in (0x100, 0x200) for k in range(100)]
 
 
 def test_who_does_not_receive_loses_the_newest_and_can_tell(node):
     deaf, one = node(bitrate=1_000_000, rx_frames=3), node(bitrate=1_000_000)
     for k in range(5):
-        one.send(message(0x100 + k), timeout=10)
+        one.send(message(0x100 + k), timeout=DEADLINE_S)
     while one._wire.bus.next_end is not None:
         assert one.recv(0.002) is None
     assert [deaf.recv(0).arbitration_id for _ in range(3)] == [0x100, 0x101, 0x102]
@@ -268,24 +271,24 @@ def test_a_bus_that_nobody_holds_any_more_leaves_the_wire(request):
 def test_a_forked_process_has_a_wire_of_its_own(node):
     """Its parent waits in `recv` and holds locks as it likes; the child sends, receives and ends."""
     one, two = node(), node()
-    thread = threading.Thread(target=lambda: two.recv(5), daemon=True)
+    thread = threading.Thread(target=lambda: two.recv(DEADLINE_S), daemon=True)
     held = threading.Event(), threading.Event()
 
     def hold():
         with one._wire.changed:
             held[0].set()
-            held[1].wait(20)
+            held[1].wait(DEADLINE_S)
 
     holder = threading.Thread(target=hold, daemon=True)
     thread.start()
     holder.start()
-    held[0].wait(20)
+    held[0].wait(DEADLINE_S)
     child = os.fork()
     if child == 0:
         one.send(message(0x123))
-        os._exit(0 if two.recv(20).arbitration_id == 0x123 else 1)
+        os._exit(0 if two.recv(DEADLINE_S).arbitration_id == 0x123 else 1)
     held[1].set()
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + DEADLINE_S
     while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < deadline:
         time.sleep(0.01)
     if ended == (0, 0):
@@ -293,4 +296,4 @@ def test_a_forked_process_has_a_wire_of_its_own(node):
         os.waitpid(child, 0)
     assert ended == (child, 0), "the child is stuck, or heard nothing"
     one.send(message(0x1))
-    thread.join(20)
+    thread.join(DEADLINE_S)
