@@ -715,8 +715,9 @@ def test_a_refused_port_reaches_the_parent_as_it_was():
         paced(prepare)
 
 
-def test_the_stop_key_of_a_pty_is_read(tmp_path):
-    """A person at a terminal: space ends a run on real ports, also where a look finds another key in front of it."""
+@pytest.mark.parametrize("what", ["space", "gone"])
+def test_a_person_at_a_terminal_stops_a_run_on_real_ports(tmp_path, what):
+    """By space, also where a look finds another key in front of it; by a terminal that has gone."""
     line = tmp_path / "core"
     master, slave = os.openpty()
     peer = open_serial("core", f"pty:{line}")
@@ -743,13 +744,18 @@ def test_the_stop_key_of_a_pty_is_read(tmp_path):
         while "space stops" not in said:
             said = running.stdout.readline()
             assert said
-        os.write(master, b"w ")
-        out, _ = running.communicate(timeout=DEADLINE_S)
+        if what == "space":
+            os.write(master, b"w ")
+        else:
+            os.close(master)
+        out, err = running.communicate(timeout=DEADLINE_S)
         assert running.returncode == 130
         assert "stopped   at" in out
+        assert "Traceback" not in err
     finally:
         running.kill()
         running.communicate()
         peer.close()
-        os.close(master)
         os.close(slave)
+        if what == "space":
+            os.close(master)

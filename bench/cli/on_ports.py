@@ -7,7 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -208,4 +208,5 @@ def _stop_key() -> Iterator[Callable[[], bool]]:
         print("space stops", flush=True)
         yield pressed
     finally:
-        termios.tcsetattr(terminal, termios.TCSADRAIN, before)
+        with suppress(termios.error):  # it may have gone
+            termios.tcsetattr(terminal, termios.TCSADRAIN, before)
