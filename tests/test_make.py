@@ -69,7 +69,7 @@ child = os.fork()  # as its processes do, holds the output open
 if child:
     open(desk + "/begun", "w").close()
     print(os.getpid(), child, flush=True)
-time.sleep(60)
+time.sleep(600)
 """
 
 

@@ -69,40 +69,58 @@ def drove(directory):
     return max((abs(row[1]) for row in Recording.open(directory).state.values()), default=0.0) > 0.005
 
 
-async def see(page, *texts):
-    """Read what the page is sent until it holds these texts, one after the other."""
-    seen = b""
-    end = time.monotonic() + DEADLINE_S
-    while not re.search(b".*".join(re.escape(text.encode()) for text in texts), seen, re.DOTALL):
-        message = await page.receive(timeout=max(0.1, end - time.monotonic()))
-        assert message.data is not None, seen[-300:]
-        seen += message.data if isinstance(message.data, bytes) else b""
+class Page:
+    """What a page of the server is sent, read as it comes."""
 
+    def __init__(self, wire):
+        self.wire, self.seen = wire, b""
 
-async def hold_w(page, directory):
-    """Until the robot has moved; what the page is sent is read meanwhile."""
-    end = time.monotonic() + DEADLINE_S
-    while not drove(directory):
-        assert time.monotonic() < end, "the robot does not move"
-        for _ in range(10):
-            await page.send_str(json.dumps(["stdin", "w"]))
-            with suppress(TimeoutError):
-                await page.receive(timeout=0.03)
+    async def type(self, keys):
+        await self.wire.send_str(json.dumps(["stdin", keys]))
+
+    async def read(self, seconds):
+        message = await self.wire.receive(timeout=seconds)
+        assert message.data is not None, self.seen[-300:]
+        self.seen += message.data if isinstance(message.data, bytes) else b""
+
+    async def see(self, *texts, since=0):
+        """Read until it holds these texts, one after the other."""
+        end = time.monotonic() + DEADLINE_S
+        wanted = re.compile(b".*".join(re.escape(text.encode()) for text in texts), re.DOTALL)
+        while not wanted.search(self.seen, since):
+            await self.read(max(0.1, end - time.monotonic()))
+
+    async def arm(self):
+        since = len(self.seen)
+        await self.type("\r")
+        await self.see(" ARMED ", since=since)
+
+    async def hold_w(self, directory):
+        """Until the robot has moved; armed again where a busy machine was silent for so long that it was disarmed."""
+        end = time.monotonic() + DEADLINE_S
+        while not drove(directory):
+            assert time.monotonic() < end, "the robot does not move"
+            if self.seen.rfind(b" DISARMED ") > self.seen.rfind(b" ARMED "):
+                await self.arm()
+            for _ in range(10):
+                await self.type("w")
+                with suppress(TimeoutError):
+                    await self.read(0.03)
 
 
 async def driven(aiohttp, address, directory, after=None):
     """A page that arms and drives until the robot has moved; `after` is done while it is still open."""
     async with aiohttp.ClientSession() as browser:
         headers = {"Origin": f"http://{address}"}
-        async with browser.ws_connect(f"ws://{address}/ws?width=80&height=24", headers=headers) as page:
-            await see(page, BUILDING.upper(), "not armed since boot")
-            await page.send_str(json.dumps(["focus"]))
-            await page.send_str(json.dumps(["stdin", "\r"]))
-            await see(page, " ARMED ")
-            await hold_w(page, directory)
+        async with browser.ws_connect(f"ws://{address}/ws?width=80&height=24", headers=headers) as wire:
+            page = Page(wire)
+            await page.see(BUILDING.upper(), "not armed since boot")
+            await wire.send_str(json.dumps(["focus"]))
+            await page.arm()
+            await page.hold_w(directory)
             if after is not None:
                 after()
-                async for _ in page:  # until the server closes it
+                async for _ in wire:  # until the server closes it
                     pass
 
 
