@@ -113,11 +113,13 @@ def test_on_a_small_terminal_a_word_is_whole_or_not_there(number, width, height)
 
 @given(
     st.integers(1, 250), st.integers(1, 80), st.integers(3, 8), st.floats(0.3, 4.0), st.booleans(),
-    st.sampled_from([LIVE, HELP, ENDED]), st.sampled_from(PAGES), st.booleans(),
+    st.sampled_from([LIVE, HELP, ENDED]), st.sampled_from(PAGES), st.booleans(), st.integers(1, 2),
 )  # fmt: skip
 @settings(max_examples=200)
-def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect, replay, state, page, pad):
-    found = arrange(width, height, wheels=count, aspect=aspect, replay=replay, state=state, page=page, pad=pad)
+def test_panels_never_overlap_nor_leave_the_screen(width, height, count, aspect, replay, state, page, pad, rows):
+    found = arrange(
+        width, height, wheels=count, aspect=aspect, replay=replay, state=state, page=page, pad=pad, strip_rows=rows
+    )
     cells = set()
     for name, place in found.items():
         assert place.width > 0, name
@@ -203,7 +205,7 @@ def test_colour_is_never_all_that_tells():
         ({"core_connected": False}, "not connected"),
         ({"armed": False, "why_disarmed": "AUX1"}, "why    AUX1"),
         ({"pace": Pace(paused=True)}, " PAUSED"),
-        ({"pace": Pace(1.0, 0.61, 250, 4321)}, "×0.61   late 250 ms, slipped 4321 ms"),
+        ({"pace": Pace(1.0, 0.61, 250, 4321)}, "×0.61   slipped 4.3 s"),
         ({"recording": "my_run"}, "● REC my_run"),
         ({"robot": replace(M2006, rc=None)}, "m2006, no RC"),
         ({"notice": "time runs ×2"}, " time runs ×2"),
@@ -535,6 +537,26 @@ def test_a_title_has_its_pages_and_tells_a_recording_and_an_earlier_instant(widt
     assert row.endswith("  12.346 s  BACK 0.200 s")
 
 
+LATE = (Pace(1.0, 0.61, 52, 432), Pace(1.0, 0.61, 250, 4_321), Pace(0.5, 0.42, 9_999, 987_654))
+
+
+@pytest.mark.parametrize("pace", LATE)
+def test_lateness_takes_no_page_from_the_title_nor_a_key_from_the_foot(pace):
+    assert "×0.61   late 250 ms, slipped 4321 ms" in screen(scene(pace=LATE[1]), 120)
+    for width, robot in ((60, M2006), (60, LONG), (80, M2006), (80, LONG), (120, LONG)):
+        late, in_time = (
+            picture(scene(robot=robot, pace=one), width, 24) for one in (pace, replace(pace, slipped_ticks=0))
+        )
+        tabs = re.search(r"\[1.*4( checks)? ", in_time[0])[0]
+        assert ("checks" in tabs) is (width > 80 or (robot is M2006 and width > 60))
+        assert tabs in late[0], late[0]
+        assert f"×{pace.speed:.2f}" in late[0]
+        assert late[-1] == in_time[-1]
+        assert late[-1].endswith("? help  Esc quit")
+    for width in (60, 80):
+        assert f"slipped {text.age(pace.slipped_ticks)}" in screen(scene(pace=pace), width)
+
+
 def test_a_failed_check_is_marked_in_the_title_of_every_size_that_has_pages():
     for width, robot in ((60, M2006), (60, LONG), (80, LONG), (120, LONG)):
         row = picture(scene(robot=robot, recording="run 21 %", agree=AGREE), width, 24)[0]
@@ -617,15 +639,46 @@ def test_on_a_small_terminal_an_instant_that_is_past_is_told_before_the_end_of_a
 @pytest.mark.parametrize("armed", [True, False])
 def test_the_sticks_are_never_cut_on_the_line_of_every_page(link, armed):
     old = None if link == "never seen" else 99_999
-    row = screen(
+    rows = screen(
         scene(
             shown=Shown("scope"), link=link, link_age_ms=old, armed=armed, why_disarmed="link lost: " + "why " * 20,
             sticks=(-1.0, 1.0, -1.0),
         )
-    ).splitlines()[1]  # fmt: skip
-    assert row.endswith("sticks -100 +100 -100 %")
+    ).splitlines()[1:3]  # fmt: skip
+    row = rows[0 if armed else 1]
+    said = "sticks" if link in ("live", "degraded") else "were at"
+    assert row.endswith(f" {said} -100 +100 -100 %")
     assert (" link live" if link == "live" else f"  {link.upper()} ") in row
-    assert "…" in row or armed
+    assert "…" in rows[0] or armed
+
+
+@pytest.mark.parametrize("width", [60, 72, 80, 100, 200])
+@pytest.mark.parametrize(
+    "why",
+    [
+        "AUX1",
+        "not armed since boot",
+        "sticks were not at rest: arm again",
+        "link lost: no good frame for 500 ms",
+        "link lost: sticks frozen for 1000 ms",
+    ],
+)
+def test_why_it_is_disarmed_is_whole_at_every_width_and_so_are_link_and_sticks(width, why):
+    for link, state in (("live", " link live 9.9 s "), ("lost", " link  LOST  9.9 s ")):
+        what = {"armed": False, "why_disarmed": why, "link": link, "link_age_ms": 9_900}
+        assert why in screen(scene(**what), width)
+        said = "  sticks " if link == "live" else " were at "
+        rows = picture(scene(**what, shown=Shown("wires")), width, 24)
+        assert rows[1].startswith(f"  DISARMED  {why}")
+        last = 1 if width >= 100 or rows[1].endswith(" %") else 2
+        assert state in rows[last]
+        assert rows[last].endswith(f"{said} +50   +0  -25 %")
+        assert rows[last + 1].split()[:2] == ["id", "what"], "and nothing of the page below is hidden"
+
+
+def test_a_robot_without_rc_has_no_sticks_on_the_line_of_every_page():
+    row = screen(scene(**NO_RC, shown=Shown("wires"))).splitlines()[1]
+    assert row.endswith(" link no rc")
 
 
 @pytest.mark.parametrize("pace", [Pace(), Pace(paused=True), Pace(paused=True, goes_back=False)])

@@ -19,6 +19,7 @@ from bench.screen.text import (
     WARN,
     WARN_BADGE,
     Line,
+    age,
     both_ends,
     fill_bar,
     short_names,
@@ -45,22 +46,23 @@ def title(scene: Scene, width: int, height: int) -> list[Line]:
 
 
 def _title(scene: Scene, names: Sequence[str], width: int) -> Line:
-    """Name, pages, time. Where there is no room pages go to their numbers, then lateness goes, then the transmitter.
-    Nothing where that is not enough.
+    """Name, pages, time. Where there is no room lateness goes, then pages go to their numbers, then the transmitter;
+    that time was left out matters more than the transmitter. Nothing where that is not enough.
     """
-    times, short_times = _times(scene)
-    for name in names:
-        for long in (True, False):
-            line = [(name, TITLE), ("  ", TITLE), *_tabs(scene, long=long)]
-            for right in (times, short_times):
-                if width_of(line) + 2 + width_of(right) <= width:
-                    return both_ends(line, right, width, TITLE)
+    times = _, slipped, bare = _times(scene)
+    ways = [(name, long, right) for name in names for long in (True, False) for right in times]
+    for long in (True, False) if slipped != bare else ():
+        ways.insert(ways.index((names[0], long, bare)), (names[-1], long, slipped))
+    for name, long, right in ways:
+        line = [(name, TITLE), ("  ", TITLE), *_tabs(scene, long=long)]
+        if width_of(line) + 2 + width_of(right) <= width:
+            return both_ends(line, right, width, TITLE)
     return []
 
 
 def _cut_title(scene: Scene, name: str, doing: str, width: int) -> Line:
     """What a recording is called goes, then the end of a long name; the pages where next to nothing of it is left."""
-    pages, (_, times) = _tabs(scene, long=False), _times(scene)
+    pages, (*_, times) = _tabs(scene, long=False), _times(scene)
     room = width - len(doing) - 2 - width_of(pages) - 2 - width_of(times)
     if room < min(LEAST_NAME, len(name)):
         return both_ends([(name + doing, TITLE)], times, width, TITLE)
@@ -72,8 +74,8 @@ def _tabs(scene: Scene, *, long: bool) -> Line:
     return tabs(scene.shown.page, {CHECKS: "✗"} if red_lamps(scene) else {}, long=long)
 
 
-def _times(scene: Scene) -> tuple[Line, Line]:
-    """How time runs: with its lateness, and without."""
+def _times(scene: Scene) -> tuple[Line, Line, Line]:
+    """How time runs: with its lateness, with the time alone that was left out, without either."""
     pace = scene.pace
     rate = pace.rate if pace.speed is None else pace.speed
     speed = (f" ×{rate:.2f}".ljust(8), TITLE)
@@ -85,8 +87,9 @@ def _times(scene: Scene) -> tuple[Line, Line]:
         speed = (" ENDED  ", WARN_BADGE)
     time = f"{scene.snapshot.tick / 1000:.3f} s "
     late = f" late {pace.late_ticks:3d} ms, slipped {pace.slipped_ticks} ms "
-    slipped = f" slipped {pace.slipped_ticks} ms " if pace.slipped_ticks else " "
-    return [(time, TITLE), speed, (late, TITLE)], [(time, TITLE), speed, (slipped, TITLE)]
+    slipped = f" slipped {age(pace.slipped_ticks)} " if pace.slipped_ticks else " "
+    late_line, slipped_line, bare = ([(time, TITLE), speed, (words, TITLE)] for words in (late, slipped, " "))
+    return late_line, slipped_line, bare
 
 
 def progress(scene: Scene, width: int, height: int) -> list[Line]:

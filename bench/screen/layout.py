@@ -85,10 +85,11 @@ def arrange(
     state: str = LIVE,
     page: str = DRIVE,
     pad: bool = False,
+    strip_rows: int = 1,
 ) -> Mapping[str, Place]:
     """Panel -> place. `aspect` is the field's length by its width; `state` is LIVE, HELP, or ENDED (with a summary).
 
-    `pad`: the mouse's sticks take the foot of whatever page.
+    `pad`: the mouse's sticks take the foot of whatever page. `strip_rows`: what the line of every page takes.
     """
     if width < SMALLEST[0] or height < SMALLEST[1]:
         return _small(width, height, aspect)
@@ -106,7 +107,8 @@ def arrange(
     if state == HELP:
         return places | {"help": rest}
     if page != DRIVE:
-        return places | {"strip": Place(0, y, width, 1), _BODY[page]: Place(0, y + 1, width, rest.height - 1)}
+        body = rest._replace(y=y + strip_rows, height=rest.height - strip_rows)
+        return places | {"strip": rest._replace(height=strip_rows), _BODY[page]: body}
     if is_wide(width, height) and state == LIVE:
         return places | _wide(rest, wheels, aspect)
     return places | _drive(rest, height, wheels, aspect, state)

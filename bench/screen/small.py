@@ -11,13 +11,12 @@ import textwrap
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from bench.link import DEGRADED, LIVE
 from bench.screen.bars import LEAST_NAME, source_state
 from bench.screen.checks import red_lamps
 from bench.screen.edges import STOP, enter_does
 from bench.screen.layout import SMALLEST
 from bench.screen.scene import Scene
-from bench.screen.state import armed_badge, link_state, who_drives
+from bench.screen.state import armed_badge, link_state, sticks_label, who_drives
 from bench.screen.text import (
     BAD_BADGE,
     LABEL,
@@ -202,8 +201,7 @@ def _motion(scene: Scene, width: int) -> Iterator[_Part]:
     (vx, vy, omega), pose = snapshot.twist, snapshot.pose
     if scene.robot.rc is not None:
         forward, left, turn = (signed(100.0 * stick, 4, 0) for stick in snapshot.sticks)
-        said = "sticks" if snapshot.link in (LIVE, DEGRADED) else "were at"
-        yield _Part(6, _labelled(said, f"{forward} {left} {turn} %", width))
+        yield _Part(6, _labelled(sticks_label(snapshot), f"{forward} {left} {turn} %", width))
     moves = f"{signed(vx, 6, 3)} {signed(vy, 6, 3)} m/s", f"{signed(omega, 5, 2)} rad/s"
     yield _Part(8, _labelled("moves", f"{moves[0]} {moves[1]}", width) or _labelled("moves", moves[0], width))
     place = (

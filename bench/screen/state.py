@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bench.link import LIVE, NO_RC
+from bench.link import DEGRADED, LIVE, NO_RC
 from bench.messages import FOREIGN_BASE, Snapshot
 from bench.screen.text import BAD_BADGE, GOOD, GOOD_BADGE, LABEL, WARN_BADGE, Span
 
@@ -30,3 +30,8 @@ def link_state(snapshot: Snapshot) -> Span:
     state = snapshot.link
     role = _CALM_LINKS.get(state, BAD_BADGE)
     return (f" {state.upper()} ", role) if role == BAD_BADGE else (state, role)
+
+
+def sticks_label(snapshot: Snapshot) -> str:
+    """What the sticks' positions are: those of now, or under a link that brings none the last that came."""
+    return "sticks" if snapshot.link in (LIVE, DEGRADED) else "were at"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from bench.config import Axis, Button, Profile
-from bench.link import DEGRADED, HOLD, LIVE, NEVER_SEEN
+from bench.link import DEGRADED, HOLD, NEVER_SEEN
 from bench.messages import FOREIGN_BASE, RcFrame, Snapshot
 from bench.odometry import wrap
 from bench.screen.scene import Scene
-from bench.screen.state import armed_badge, link_state, who_drives
+from bench.screen.state import armed_badge, link_state, sticks_label, who_drives
 from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, WARN, Line, age, signed
 
 COLUMN = 12
@@ -78,11 +78,10 @@ def _sticks(scene: Scene) -> list[_Row]:
     frame = snapshot.rc_frame
     axes = (profile.forward, profile.right, profile.clockwise)
     switches = (("AUX1", profile.aux1), ("AUX2", profile.aux2))
-    said = "sticks" if snapshot.link in (LIVE, DEGRADED) else "were at"
     return [
         (7, head),
         (10, _row("raw", *(f"ch{axis.channel} {_channel(frame, axis):>4}" for axis in axes))),
-        (3, _row(said, *(f"{signed(100 * stick, 5, 0)} %   " for stick in snapshot.sticks))),
+        (3, _row(sticks_label(snapshot), *(f"{signed(100 * stick, 5, 0)} %   " for stick in snapshot.sticks))),
         (11, _row("switch", *(_switch(name, frame, button) for name, button in switches))),
     ]
 

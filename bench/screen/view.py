@@ -18,7 +18,7 @@ from bench.screen.scene import Scene
 from bench.screen.scope import scope
 from bench.screen.small import small
 from bench.screen.status import status
-from bench.screen.strip import strip
+from bench.screen.strip import strip, strip_rows
 from bench.screen.text import Line, fit, plain
 from bench.screen.wheels import wheels
 from bench.screen.wires import wires
@@ -62,6 +62,7 @@ def places(scene: Scene, width: int, height: int) -> dict[str, layout.Place]:
         state=state,
         page=scene.shown.page,
         pad=scene.hands is not None and scene.hands.pad is not None,
+        strip_rows=strip_rows(scene, width),
     )
     places = dict(arranged)
     if "small" in places:
