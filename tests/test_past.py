@@ -1,17 +1,25 @@
 """Wires and scope at an earlier instant: what they showed then, wherever in the run it lies."""
 
+import random
+import re
+import sys
+from pathlib import Path
+
 import pytest
 from desk import M2006, Granted, a_job, frame, pass_ticks, piloted
 
 from bench.io import tap
+from bench.io.follower import TRAIL_POINTS
 from bench.io.look import Look
 from bench.io.scope import ScopeSettings
+from bench.io.still import again, still
 from bench.io.wires import counts
 from bench.io.wires.wiretap import Wiretap
 from bench.screen.session import Session
 from bench.screen.stage import to_drive
 from bench.screen.view import picture
 
+DASHBOARD = Path(__file__).parents[1] / "docs" / "dashboard.md"
 SIGNALS = ("wheel1_wanted_radps", "wheel1_radps")
 LOOK = Look(True, "", 30, ScopeSettings(SIGNALS, 500, "normal", "rising", 2.0), 160)
 FREE = LOOK.scope._replace(mode="auto", level=1e6)
@@ -154,3 +162,23 @@ def test_scrubbed_pages_say_what_they_are_building_and_then_show_it(monkeypatch,
         assert "BUILDING" not in text()
 
     piloted(session, steps)
+
+
+def size_of(kept):
+    """Bytes of a value that is made of tuples and dicts."""
+    parts = [*kept, *kept.values()] if isinstance(kept, dict) else kept if isinstance(kept, tuple) else ()
+    return sys.getsizeof(kept) + sum(map(size_of, parts))
+
+
+def test_ten_minutes_of_driving_take_what_the_page_says(drive):
+    """What is kept once a second where the trail is as long as it can be, and what enters."""
+    (told,) = re.findall(r"ten minutes of driving take some (\d+) MB", DASHBOARD.read_text(encoding="utf-8"))
+    link = drive[0].link
+    inputs = link.history.inputs.branch(link.newest_tick)
+    inputs._pack()
+    subject = again(link.history._stills[-1].taken)
+    places = random.Random("a long trail")
+    subject[1].trail.extend((places.uniform(-3.0, 3.0), places.uniform(-2.0, 2.0)) for _ in range(TRAIL_POINTS))
+    wires = link._tap._wiretap._counts.kept[-1]
+    a_second = len(still(subject)) + size_of(wires) + 1000 * inputs.bytes / link.newest_tick
+    assert 600 * a_second == pytest.approx(float(told) * 1e6, rel=0.3)

@@ -1,6 +1,6 @@
 """An instant of a bench, kept as bytes: `still` takes it, `again` gives a bench that goes on from there, bit for bit.
 
-A still is a pickle, some 16 kB in about 1.5 ms, and half of that compressed. `copy.deepcopy` takes longer and keeps
+A still is a pickle, made in about 1.5 ms, and half of it compressed. `copy.deepcopy` takes longer and keeps
 objects alive; a forked process would keep megabytes and the terminal. The physics engine pickles its contacts with
 their impulses, so that a robot against a wall goes on as it would have. What does not change (robots, arenas) is kept
 by reference. What a pickle cannot hold is refused here, and not found out at a scrub: a lambda or a closure would go on

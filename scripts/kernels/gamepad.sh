@@ -1,4 +1,4 @@
-# uinput, joydev and evdev: Debian's own kernel in QEMU's software emulation (90 MB). Read by run.sh.
+# uinput, joydev and evdev: Debian's own kernel in QEMU's software emulation. Read by run.sh.
 # Debian's user-mode Linux and its cloud kernel are built without uinput and joydev.
 limit_s=1800
 needs="tar setsid"

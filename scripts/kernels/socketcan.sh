@@ -1,4 +1,4 @@
-# SocketCAN: Debian's user-mode Linux (42 MB), which is an ordinary process. Read by run.sh.
+# SocketCAN: Debian's user-mode Linux, which is an ordinary process. Read by run.sh.
 limit_s=600  # seven tests in half a minute, and a busy machine may take three minutes for them
 needs="gcc"
 

@@ -15,7 +15,7 @@ MARK_TICKS, MARKS = 100, 10
 MOST_ROWS = 96
 """A bus full of strangers fills no memory: what comes after these is only counted."""
 KEPT_EVERY_TICKS, MOST_KEPT = 1000, 3600
-"""The figures are kept once a second, some 5 kB, for whoever looks back; after an hour every second time."""
+"""The figures are kept once a second for whoever looks back; after an hour every second time."""
 
 Figures: TypeAlias = tuple[str, str, str, int, int, int, int, bytes, Words | None]
 
