@@ -7,6 +7,7 @@ import sys
 import time
 import timeit
 from pathlib import Path
+from statistics import median
 
 import can
 import pytest
@@ -192,11 +193,14 @@ def test_what_is_calculated_is_not_called_measured():
 
 
 def test_an_empty_call_takes_as_long_as_timeit_says():
-    """A busy machine may move one of them by some times, a wrong unit or count by thousands."""
-    timed_s, call_ns = empty_call.beside(
-        lambda: timeit.timeit("f()", "def f(): pass", timer=time.thread_time, number=100_000)
-    )
-    assert call_ns / (timed_s * 1e4) == pytest.approx(1.0, abs=0.8)
+    """A busy machine may move one of them by some times for a moment, a wrong unit or count by thousands for ever."""
+    ratios = []
+    for _ in range(5):
+        timed_s, call_ns = empty_call.beside(
+            lambda: timeit.timeit("f()", "def f(): pass", timer=time.thread_time, number=100_000)
+        )
+        ratios.append(call_ns / (timed_s * 1e4))
+    assert median(ratios) == pytest.approx(1.0, abs=0.8)
 
 
 def test_without_cantools_it_says_how_to_get_it(monkeypatch, capsys):
