@@ -54,36 +54,51 @@ class PtyTerminal:
         os.kill(self.child.pid, signal.SIGWINCH)  # no shell has made this its controlling terminal
 
     def type(self, data):
+        assert self._told(data), f"the program has ended: {self.output[-3000:]!r}"
+
+    def _told(self, data):
+        """Whether the program was there to be told."""
         end = time.monotonic() + DEADLINE_S
         while data:
             assert time.monotonic() < end, f"the program does not read\n{self.output[-2000:]!r}"
-            assert self.child.poll() is None, f"the program has ended: {self.output[-3000:]!r}"
+            if self.child.poll() is not None:
+                return False
             if select.select([], [self.master], [], 0.05)[1]:
                 data = data[os.write(self.master, data) :]
+        return True
 
     def serve(self, seconds):
-        """Be a terminal for so long: take what is written, answer what is asked."""
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0:
-            if not select.select([self.master] if self.master is not None else [], [], [], left)[0]:
-                continue
-            try:
-                data = os.read(self.master, 65536)
-            except OSError:
+        """Be a terminal for so long: take what is written, answer what is asked. Whatever lies there is taken in any
+        case, also where this process had no turn for so long.
+        """
+        end, left = time.monotonic() + seconds, seconds
+        while left > 0:
+            left = end - time.monotonic()
+            open_end = [self.master] if self.master is not None else []
+            if select.select(open_end, [], [], max(0.0, left))[0] and not self._take():
                 return
-            self.output += data
-            self._reply()
-            if self.screen is not None:
-                self.screen.feed(data)
+
+    def _take(self):
+        """What has been written by now, or a part of it; False where there is nothing, or nothing will come."""
+        try:
+            data = os.read(self.master, 65536) if self.master is not None else b""
+        except OSError:
+            data = b""
+        self.output += data
+        self._reply()
+        if self.screen is not None:
+            self.screen.feed(data)
+        return bool(data)
 
     def _reply(self):
+        """Answer what has been asked, unless the program has gone since: it asks with each of its last frames too."""
         for match in _QUERY.finditer(self.output, self._seen):
             self._seen = match.end()
             row, column, set_to, pushed = match.groups()
             if row:
                 self.questions += 1
                 if self.answers:
-                    self.type(b"\x1b[%s;%sR" % (row, column))
+                    self._told(b"\x1b[%s;%sR" % (row, column))
             elif not self.kitty:
                 continue
             elif set_to:
@@ -93,7 +108,7 @@ class PtyTerminal:
             elif match.group() == b"\x1b[<u":
                 self.flags[:] = self.flags[:-1] or [0]
             else:
-                self.type(b"\x1b[?%du" % self.flags[-1])
+                self._told(b"\x1b[?%du" % self.flags[-1])
 
     def wait_to_show(self, what, shows):
         """Until `screen` shows it."""
@@ -121,7 +136,8 @@ class PtyTerminal:
         while self.child.poll() is None:
             assert time.monotonic() < end, f"the program does not end\n{self.output[-2000:]!r}"
             self.serve(0.05)
-        self.serve(0.05)
+        while self._take():  # its last words, one read may bring only a part of
+            pass
         return self.child.returncode
 
     def vanish(self):
