@@ -19,7 +19,7 @@ import sys
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import TextIO
+    from typing import NoReturn, TextIO
 
 VERBS = {
     "demo": "the bench in one go: a recorded RC stream drives the default robot, checked against its golden",
@@ -120,7 +120,8 @@ def _run(args: argparse.Namespace) -> int:
     except BenchError as error:
         if getattr(args, "traceback", False) and error.__cause__ is not None:
             _print_whole(error.__cause__)
-        _tell(args.verb, spelt(str(error)))
+        # A compiler's own words are several lines.
+        _tell(args.verb, "\n".join(map(spelt, str(error).split("\n"))))
         return error.exit_status
 
 
@@ -141,8 +142,17 @@ def _with_negative_values(arguments: list[str]) -> list[str]:
     return joined
 
 
+class _Parser(argparse.ArgumentParser):
+    """Its sentences quote what was given, as ours do; so do those of its verbs' parsers."""
+
+    def error(self, message: str) -> NoReturn:
+        from bench.errors import spelt
+
+        super().error(spelt(message))
+
+
 def _parser(verb: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="wheelbench",
         description="Test bench and RC teleop for omni-wheel robot bases: RC bytes in, SLAMWARE and CAN frames out.",
         epilog="wheelbench VERB --help tells about one verb. Start with: wheelbench demo",

@@ -31,5 +31,7 @@ class SurroundingsError(BenchError):
 
 
 def spelt(text: str) -> str:
-    """Text from outside, which may hold control characters and halves of characters, as a line may show it."""
-    return "".join(letter if letter.isprintable() or letter in "\n\t" else repr(letter)[1:-1] for letter in text)
+    """Text from outside, which may hold control characters and halves of characters, as one line may show it."""
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() or letter == "\t" else repr(letter)[1:-1] for letter in text)

@@ -131,6 +131,18 @@ def test_nobody_below_the_command_line_prints_or_exits():
                 assert node.func.id not in ("print", "exit", "input"), f"bench/{name} calls {node.func.id}"
 
 
+def test_what_is_printed_for_people_goes_one_way():
+    """`bench.cli.output.say` spells out what a name may hold; JSON does so itself, and stderr is told apart."""
+    for name, tree in MODULES.items():
+        if not name.startswith("cli/") or name == "cli/output.py":
+            continue
+        for call in ast.walk(tree):
+            if not isinstance(call, ast.Call) or ast.unparse(call.func) != "print":
+                continue
+            is_json = isinstance(call.args[0], ast.Call) and ast.unparse(call.args[0].func) == "json.dumps"
+            assert is_json or any(key.arg == "file" for key in call.keywords), f"bench/{name}: {ast.unparse(call)}"
+
+
 def test_floats_are_not_summed_where_python_versions_differ():
     """Since 3.12 the built-in sum() of floats is compensated: another last bit than on 3.11."""
     for name in (

@@ -475,11 +475,50 @@ def test_a_scenario_is_not_written_over_by_its_page(call, tmp_path):
 
 @pytest.mark.parametrize("name", ["\x1b[31mred", "bell\a", os.fsdecode(b"caf\xe9"), "back\b"])
 def test_what_the_user_gives_is_no_command_to_their_terminal(call, name):
-    for verb in (("replay", name), ("kin", name), ("decode", "sbus", name), ("emulate", "core", name)):
+    for verb in (
+        ("replay", name),
+        ("kin", name),
+        ("decode", "sbus", name),
+        ("emulate", "core", name),
+        ("kin", "m2006", name),
+        ("emulate", "core", "pty:", f"--{name}"),
+    ):
         status, out, err = call(*verb)
         assert (status, out) == (2, "")
         assert repr(name)[1:-1] in err
-        assert err.removesuffix("\n").isprintable()
+        assert all(map(str.isprintable, err.splitlines()))
+
+
+def test_a_name_in_what_went_well_is_no_command_to_their_terminal(call, tmp_path):
+    """Not in a line of its own either: `recorded  ...` is the last of what a script reads."""
+    name = "two\nlines\x1b[31m\a"
+    odd, spelling = tmp_path / name, "two\\nlines\\x1b[31m\\x07"
+    odd.mkdir()
+    scenario, run = short_scenario(odd, "", seconds=0.1), odd / "run"
+    twin = odd / f"{name}.toml"
+    twin.write_bytes(scenario.read_bytes())
+    (odd / "capture.log").write_text("")
+    for arguments in (
+        ("replay", scenario, "--record", run),
+        ("replay", scenario, twin),
+        ("goldens", odd),
+        ("check", run, run, "--update-pinned"),
+        ("parity", scenario, "--world", "sim", "--world", run),
+        ("dut", "init", odd / "firmware"),
+        ("emulate", "core", f"pty:{odd / 'line'}", "--seconds", "0.05"),
+        ("decode", "auto", odd / "capture.log"),
+    ):
+        _, out, err = call(*arguments)
+        told = (out + err).splitlines()
+        assert spelling in out + err, arguments
+        assert all(map(str.isprintable, told)), told
+
+
+def test_a_result_that_quotes_a_name_is_no_command_to_their_terminal(call, tmp_path):
+    (tmp_path / "\x1b[31m.toml").write_text("no scenario")
+    status, out, _ = call("replay", tmp_path / "\x1b[31m.toml", "--junit", tmp_path / "junit.xml")
+    assert (status, out.splitlines()[0]) == (1, "FAILED  \\x1b[31m")
+    assert all(map(str.isprintable, out.splitlines())), out
 
 
 def test_goldens_of_the_root_of_all_folders(call):

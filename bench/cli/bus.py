@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -69,10 +71,9 @@ def run(args: argparse.Namespace) -> int:
         facts = _facts(found) | {"robot": robot.name, "motors": len(numbers), "guaranteed_feedback_hz": highest} | rates
         print(json.dumps(facts))
     else:
-        print(f"{robot.name}: {len(numbers)} {family.name} at {args.bitrate / 1e6:g} Mbit/s\n")
-        print("\n".join(_lines(found)))
+        say(f"{robot.name}: {len(numbers)} {family.name} at {args.bitrate / 1e6:g} Mbit/s", "", *_lines(found))
         if found.verdict != CLASH and highest != args.feedback_hz:
-            print(_advice(highest, args.feedback_hz))
+            say(_advice(highest, args.feedback_hz))
     return EXIT_FAILED if found.verdict in (TOO_MUCH, CLASH) else EXIT_OK
 
 
@@ -84,7 +85,7 @@ def _many(family: Family, counts: range, rates: dict[str, int], others: list[Str
     from bench.canbus.streams import streams
 
     if not args.json:
-        print("motors  frames/s  least %  typical %  at rest %  worst %  verdict")
+        say("motors  frames/s  least %  typical %  at rest %  worst %  verdict")
     for count in counts:
         sent = [*streams(family, range(1, count + 1), **rates), *others]
         found = budget(sent, args.bitrate)
@@ -92,7 +93,7 @@ def _many(family: Family, counts: range, rates: dict[str, int], others: list[Str
             print(json.dumps({"motors": count, **rates, **_facts(found)}))
             continue
         loads = "".join(f"{100 * load:{width}.1f}" for load, width in zip(_loads(found), (9, 11, 11, 9), strict=True))
-        print(f"{count:6}{sum(one.hz for one in sent):10}{loads}  {found.verdict}")
+        say(f"{count:6}{sum(one.hz for one in sent):10}{loads}  {found.verdict}")
     return 0
 
 
@@ -113,7 +114,7 @@ def _measured(family: Family, numbers: list[int], args: argparse.Namespace) -> i
     if args.json:
         print(json.dumps(_measured_facts(found)))
     else:
-        print("\n".join(_measured_lines(found)))
+        say(*_measured_lines(found))
     return EXIT_FAILED if found.findings else EXIT_OK
 
 

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 from bench.cli.choices import add_tolerance
+from bench.cli.output import say
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         facts = found.as_dict() | {"checks": [outcome.as_dict() for outcome in outcomes]}
         print(json.dumps(facts | ({"died": died.as_dict()} if died else {})))
     else:
-        print("\n".join(found.lines + check_lines(outcomes) + unread + (died.lines() if died else [])))
+        say(*found.lines, *check_lines(outcomes), *unread, *(died.lines() if died else []))
     return EXIT_OK if found.ok and all(outcome.ok for outcome in outcomes) else EXIT_FAILED
 
 
@@ -74,6 +75,5 @@ def pin_and_tell(run: Path, golden: Path, as_json: bool) -> int:
     if as_json:
         print(json.dumps({"pinned": str(golden), "changed": changed.as_dict() if changed else None}))
     else:
-        print("\n".join(changed.lines) if changed else "pinned for the first time")
-        print(f"pinned: {golden}")
+        say(*(changed.lines if changed else ["pinned for the first time"]), f"pinned: {golden}")
     return EXIT_OK

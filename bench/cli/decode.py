@@ -10,6 +10,9 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.output import say
+from bench.errors import spelt
+
 if TYPE_CHECKING:
     from bench.canbus.table import Family
     from bench.messages import RcEvent
@@ -60,9 +63,12 @@ def run(args: argparse.Namespace) -> int:
     frames = 0
     for fact in facts:
         frames += fact["event"] == "frame"
-        print(json.dumps(fact) if args.json else _line(fact))
+        if args.json:
+            print(json.dumps(fact))
+        else:
+            say(_line(fact))
     if not frames:
-        print(f"wheelbench decode: no {protocol} frame in {args.file}", file=sys.stderr)
+        print(f"wheelbench decode: no {protocol} frame in {spelt(str(args.file))}", file=sys.stderr)
     if protocol not in OTHER_WIRES and not args.json:
         print(f"wheelbench decode: {summary(meter.at())}", file=sys.stderr)
     return EXIT_OK if frames else EXIT_FAILED
@@ -87,7 +93,7 @@ def _recognised(args: argparse.Namespace) -> tuple[str | None, Capture | None]:
     if verdict is None:
         capture = load_capture(args.file, use_times=not args.no_times)
         verdict = recognise(capture.data, capture.times_us)
-    print(f"wheelbench decode: {args.file}: {verdict.text}", file=sys.stderr)
+    print(f"wheelbench decode: {spelt(str(args.file))}: {verdict.text}", file=sys.stderr)
     # The DM3519 speaks on the identifiers of the C610: nothing in a log tells them apart for certain.
     return "c610" if verdict.protocol == CAN else verdict.protocol, capture
 

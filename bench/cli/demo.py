@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bench.cli.output import say
 from bench.cli.terminal import has_terminal
 
 if TYPE_CHECKING:
@@ -67,10 +68,9 @@ def _headless(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(summary.facts(job) | {"speed_factor": round(speed, 2), "golden": comparison.as_dict()}))
     else:
-        print("wheelbench demo: RC bytes in, the robot moves, every frame recorded and checked")
-        print("\n".join(summary.lines(job)))
-        print(f"speed     {speed:.1f} times real time, recording on")
+        say("wheelbench demo: RC bytes in, the robot moves, every frame recorded and checked")
+        say(*summary.lines(job), f"speed     {speed:.1f} times real time, recording on")
         if args.record:
-            print(f"recorded  {args.record}")
-        print("golden    " + "\n          ".join(comparison.lines))
+            say(f"recorded  {args.record}")
+        say(*(f"{'' if at else 'golden':<10}{line}" for at, line in enumerate(comparison.lines)))
     return EXIT_OK if comparison.ok and not shortcomings(job) else EXIT_FAILED

@@ -12,6 +12,8 @@ import termios
 import tty
 from typing import TYPE_CHECKING
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from bench.io.surroundings import Finding
 
@@ -44,9 +46,9 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps({"findings": [one._asdict() for one in findings]}))
         return EXIT_OK
     for one in findings:
-        print(f"{MARKS[one.state]}{one.topic:12}{one.text}")
+        say(f"{MARKS[one.state]}{one.topic:12}{one.text}")
         if one.what_to_try:
-            print(f"{'':14}try: {one.what_to_try}")
+            say(f"{'':14}try: {one.what_to_try}")
     return EXIT_OK
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bench.cli.choices import add_choices, add_role, check_arm
+from bench.cli.output import say
+from bench.errors import spelt
 
 if TYPE_CHECKING:
     from bench.check.run import Run
@@ -171,7 +173,7 @@ def _in_browser() -> bool:
 
 def _tell(line: str) -> None:
     # A page's stdout belongs to textual-serve, which passes on what it finds on stderr.
-    print(line, file=sys.stderr if _in_browser() else sys.stdout)
+    print(spelt(line), file=sys.stderr if _in_browser() else sys.stdout)
 
 
 def _serve(args: argparse.Namespace) -> int:
@@ -196,7 +198,7 @@ def _serve(args: argparse.Namespace) -> int:
         return words + (["--overwrite"] if args.overwrite else [])
 
     try:
-        DashboardServer(command, args.port, lambda line: print(line, flush=True)).serve()
+        DashboardServer(command, args.port, lambda line: say(line, flush=True)).serve()
     except OSError as error:
         why = error.strerror or str(error)
         raise SurroundingsError(f"--web: port {args.port} cannot be used ({why}); give another --port") from None

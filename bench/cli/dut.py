@@ -10,6 +10,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from bench.dut.start import Found
 
@@ -45,17 +47,17 @@ def _init(args: argparse.Namespace) -> int:
         return EXIT_OK
     found = done.found
     if found.sources:
-        print(
+        say(
             f"{len(found.sources)} sources of yours, style {done.style}; left to the bench: {len(found.left_out)} files"
         )
     else:
-        print("no C file there: one to begin with is written, for the default robot")
+        say("no C file there: one to begin with is written, for the default robot")
     for path in done.written:
-        print(f"written   {path}")
+        say(f"written   {path}")
     project = args.folder / PROJECT
-    print(f"next      check {project}" + (f" and {args.folder / PORT}" if found.sources else ""))
-    print(f"          wheelbench dut build {project}")
-    print(f"          wheelbench failsafe --controller {project}" + _profile(found))
+    say(f"next      check {project}" + (f" and {args.folder / PORT}" if found.sources else ""))
+    say(f"          wheelbench dut build {project}")
+    say(f"          wheelbench failsafe --controller {project}" + _profile(found))
     return EXIT_OK
 
 
@@ -84,7 +86,7 @@ def _build(args: argparse.Namespace) -> int:
         print(json.dumps(facts))
         return EXIT_OK
     if built.warnings:
-        print(built.warnings.rstrip())
+        say(*built.warnings.rstrip().split("\n"))
     what = "compiled" if built.is_new else "is as it was"
-    print(f"{built.project.name}: {len(built.project.sources)} sources, {what}: {built.program}")
+    say(f"{built.project.name}: {len(built.project.sources)} sources, {what}: {built.program}")
     return EXIT_OK

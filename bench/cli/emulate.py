@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from bench.config import Profile, Robot
     from bench.io.emulated.serve import Device
@@ -123,7 +125,10 @@ class Teller:
     def _print(self, line: str | dict[str, object]) -> None:
         import json
 
-        print(json.dumps(line) if isinstance(line, dict) else line, flush=True)
+        if isinstance(line, dict):
+            print(json.dumps(line), flush=True)
+        else:
+            say(line, flush=True)
 
 
 def _said(value: object) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from bench.errata.values import Evidence, Figure, Row
 
@@ -36,7 +38,10 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"--row: {args.row} is a row of document {document}, not of {args.document}")
     for row in chosen:
         evidence = row.measure()
-        print(json.dumps(_facts(row, evidence)) if args.json else "\n".join([*lines_of(row, evidence), ""]), flush=True)
+        if args.json:
+            print(json.dumps(_facts(row, evidence)), flush=True)
+        else:
+            say(*lines_of(row, evidence), "", flush=True)
     return 0
 
 

@@ -38,8 +38,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the matrix; exit status 1 where a cell is red."""
-    import json
-
     from bench.check.controllers import controller_of
     from bench.check.failsafe import RED, losses
     from bench.cli.output import Speaker, refuse_hopeless, write_text
@@ -58,13 +56,16 @@ def run(args: argparse.Namespace) -> int:
     chosen.build(chosen.robot)  # one that does not come up is told once, not in every cell
     speaker = Speaker(is_kept=args.html is not None)
     if not args.json:
-        speaker.say(_header(robot, args.controller))
+        speaker.say(*_header(robot, args.controller))
     matrix = []
     for number, cells in zip(numbers, _rows(robot, rows, numbers, args), strict=True):
         matrix.append((rows[number], cells))
-        speaker.say("\n".join(json.dumps(cell.as_dict()) for cell in cells) if args.json else _line(cells))
+        if args.json:
+            speaker.say_facts(*(cell.as_dict() for cell in cells))
+        else:
+            speaker.say(_line(cells))
     if not args.json:
-        speaker.say("\n".join(_below(matrix)))
+        speaker.say(*_below(matrix))
     if args.html:
         write_text(args.html, _page(robot, args.controller, matrix))
     speaker.end()
@@ -118,13 +119,13 @@ def _who(controller: str | None) -> str:
     return f"wrong on purpose: {controller}" if controller in SUBJECTS else f"controller {controller}"
 
 
-def _header(robot: Robot, controller: str | None) -> str:
+def _header(robot: Robot, controller: str | None) -> list[str]:
     from bench.check.failsafe import PHASES
 
     who = _who(controller)
     profile = robot.rc.name if robot.rc else ""
     names = "".join(f"{phase:<{CELL_WIDTH}}" for phase in PHASES).rstrip()
-    return f"{robot.name} with {profile}, {who}: from loss to stop\n\n{'':{NAME_WIDTH}}{names}"
+    return [f"{robot.name} with {profile}, {who}: from loss to stop", "", f"{'':{NAME_WIDTH}}{names}"]
 
 
 def _line(cells: Sequence[Cell]) -> str:
@@ -153,7 +154,7 @@ def _below(matrix: Sequence[tuple[Loss, Sequence[Cell]]]) -> Iterator[str]:
     judged = [cell for _, cells in matrix for cell in cells if cell.verdict != "off"]
     yield ""
     for (loss_name, why), phases in told.items():
-        yield f"RED  {loss_name}, {', '.join(phases)}: {'; '.join(why)}"
+        yield from f"RED  {loss_name}, {', '.join(phases)}: {'; '.join(why)}".split("\n")  # a crash has its own words
     yield f"{len(judged) - len(red)} of {len(judged)} cells as their rules say"
 
 

@@ -6,6 +6,8 @@ import argparse
 import json
 from pathlib import Path
 
+from bench.cli.output import say
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
@@ -39,5 +41,5 @@ def run(args: argparse.Namespace) -> int:
         ]
         print(json.dumps({"ok": all(one.ok for one in found), "goldens": rows}))
     else:
-        print("\n".join(one.text for one in found) or f"{args.folder} holds no golden")
+        say(*([one.text for one in found] or [f"{args.folder} holds no golden"]))
     return EXIT_OK if all(one.ok for one in found) else EXIT_FAILED

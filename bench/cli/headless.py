@@ -13,6 +13,7 @@ from bench.check.faulty import Touch
 from bench.check.recording import Recorder
 from bench.check.run import Run
 from bench.check.summary import Summary
+from bench.errors import spelt
 from bench.io.clock import now_ns
 from bench.messages import TickOutput
 
@@ -77,7 +78,9 @@ def _bar(run: Run) -> Iterable[list[TickOutput]]:
                 tick = block[0].tick
                 done = tick * BAR_WIDTH // run.ticks
                 seconds = f"{tick / 1000:.1f}/{run.ticks / 1000:.1f} s"
-                print(f"\r{run.title} [{'#' * done}{'.' * (BAR_WIDTH - done)}] {seconds} ", end="", file=sys.stderr)
+                print(
+                    f"\r{spelt(run.title)} [{'#' * done}{'.' * (BAR_WIDTH - done)}] {seconds} ", end="", file=sys.stderr
+                )
             yield block
     finally:
         print("\r\x1b[K", end="", file=sys.stderr, flush=True)

@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from bench.config import Robot
     from bench.kinematics import Kinematics
@@ -52,7 +54,10 @@ def run(args: argparse.Namespace) -> int:
         if mirrored is not None:
             facts["condition_with_rollers_negated"] = mirrored
         lines = _matrix_lines(kinematics, names, mirrored) + _dead_wheel_lines(robot)
-    print(json.dumps(facts) if args.json else "\n".join(lines))
+    if args.json:
+        print(json.dumps(facts))
+    else:
+        say(*lines)
     return 0
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import glob
-import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -66,10 +65,13 @@ def suite_of(args: argparse.Namespace) -> int:
             results.append(result)
             progress.failed += not result.ok
             progress.clear()
-            speaker.say("\n".join(_lines(result, args.json)))
+            if args.json:
+                speaker.say_facts(result.as_dict())
+            else:
+                speaker.say(*_lines(result))
         progress.clear()
     if not args.json:
-        speaker.say("\n".join(_below(results)))
+        speaker.say(*_below(results))
     for path, text in ((args.html, page), (args.junit, junit_xml)):
         if path is not None:
             write_text(path, text(results))
@@ -104,11 +106,10 @@ def _paths(args: argparse.Namespace) -> list[Path]:
     return paths
 
 
-def _lines(result: Result, as_json: bool) -> list[str]:
-    if as_json:
-        return [json.dumps(result.as_dict())]
+def _lines(result: Result) -> list[str]:
     word = "ok" if result.ok else "FAILED" if result.stopped_tick is None else "stopped"
-    return [f"{word:8}{result.name}", *(f"        {reason}" for reason in result.reasons)]
+    # A compiler's own words are several lines.
+    return [f"{word:8}{result.name}", *(f"        {line}" for reason in result.reasons for line in reason.split("\n"))]
 
 
 def _below(results: Sequence[Result]) -> list[str]:

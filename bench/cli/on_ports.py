@@ -11,6 +11,9 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.output import say
+from bench.errors import spelt
+
 if TYPE_CHECKING:
     from bench.check.run import Run
     from bench.io.process.child import Prepared
@@ -37,15 +40,15 @@ def run_on_ports(args: argparse.Namespace, job: Run) -> int:
         watched=False,
         rescue=lambda: stop_motors(args, job),
     )
-    say = _silent if args.json else _say
+    tell = _silent if args.json else _say
     for port in link.ports:
         where = f"; the other end opens {port.where}" if port.where else ""
-        say(0, f"{port.name}{where}{f' ({port.note})' if port.note else ''}")
+        tell(0, f"{port.name}{where}{f' ({port.note})' if port.note else ''}")
     notices: list[tuple[float, str]] = []
 
     def told(tick: int, text: str) -> None:
         notices.append((tick / 1000, text))
-        say(tick, text)
+        tell(tick, text)
 
     try:
         with asked_to_stop() as asked, _stop_key() as pressed:
@@ -62,21 +65,21 @@ def run_on_ports(args: argparse.Namespace, job: Run) -> int:
             facts["expectations"] = [one.as_dict() for one in verdicts]
         print(json.dumps(facts))
     else:
-        print("\n".join(result["lines"]))
+        say(*result["lines"])
         late = link.lateness
-        print(
+        say(
             f"late      p50 {late['p50_us']:.0f}, p99 {late['p99_us']:.0f}, p99.9 {late['p999_us']:.0f},"
             f" at most {late['max_us']:.0f} us; {late['over_1_ms_percent']:.3f} % of the ticks over 1 ms;"
             f" {link.scheduling}"
         )
         if args.record:
-            print(f"recorded  {args.record}")
+            say(f"recorded  {args.record}")
         if stopped:
-            print(f"stopped   at {link.now_tick / 1000:.3f} s of {job.ticks / 1000:.1f} s")
+            say(f"stopped   at {link.now_tick / 1000:.3f} s of {job.ticks / 1000:.1f} s")
         for one in verdicts:
-            print(f"{'expect' if one.ok else 'EXPECT':10}{one.text}")
+            say(f"{'expect' if one.ok else 'EXPECT':10}{one.text}")
         for name in untouched:
-            print(f"FAULT     {name}: touched nothing, so the run proves nothing about it; check its times")
+            say(f"FAULT     {name}: touched nothing, so the run proves nothing about it; check its times")
     if stopped:
         raise KeyboardInterrupt
     return EXIT_OK if all(one.ok for one in verdicts) and not untouched else EXIT_FAILED
@@ -91,12 +94,12 @@ def driven_link(args: argparse.Namespace, job: Run) -> ProcessLink:
         job.bench, job.inputs, lambda: prepared(args, job), operator=True, rescue=lambda: stop_motors(args, job)
     )
     for port in link.ports:
-        print(f"{port.name}{f'; the other end opens {port.where}' if port.where else ''}", flush=True)
+        say(f"{port.name}{f'; the other end opens {port.where}' if port.where else ''}", flush=True)
     with asked_to_stop() as asked:
         while not link.has_begun:
             link.poll()
             for notice in link.take_notices():
-                print(notice, flush=True)
+                say(notice, flush=True)
             if asked:
                 link.close()
                 raise KeyboardInterrupt
@@ -173,11 +176,11 @@ def prepared(args: argparse.Namespace, job: Run) -> Prepared:
 
 
 def _say(tick: int, text: str) -> None:
-    print(f"{tick / 1000:7.3f} s  {text}", flush=True)
+    say(f"{tick / 1000:7.3f} s  {text}", flush=True)
 
 
 def _silent(tick: int, text: str) -> None:
-    print(f"{tick / 1000:7.3f} s  {text}", file=sys.stderr, flush=True)
+    print(f"{tick / 1000:7.3f} s  {spelt(text)}", file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -205,7 +208,7 @@ def _stop_key() -> Iterator[Callable[[], bool]]:
 
     try:
         tty.setcbreak(terminal)
-        print("space stops", flush=True)
+        say("space stops", flush=True)
         yield pressed
     finally:
         with suppress(termios.error):  # it may have gone

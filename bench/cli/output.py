@@ -1,11 +1,27 @@
-"""Files that a verb writes besides what it prints."""
+"""What a verb prints, and the files that it writes besides.
+
+    say(f"recorded  {directory}")
+    say(*lines)
+
+Every line for people goes through `say`: what it quotes is named by others, and a name may hold anything but a NUL.
+What is for programs is JSON, which spells such letters out itself.
+"""
 
 from __future__ import annotations
 
+import json
 import os
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-from bench.errors import SurroundingsError, UsageError
+from bench.errors import SurroundingsError, UsageError, spelt
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def say(*lines: str, flush: bool = False) -> None:
+    """Print them, each on a line of its own, whatever is in it. Raises OSError."""
+    print("\n".join(map(spelt, lines)), flush=flush)
 
 
 class Speaker:
@@ -17,8 +33,15 @@ class Speaker:
         self._is_kept = is_kept
         self._met: OSError | None = None
 
-    def say(self, text: str) -> None:
-        """A line, or some. Raises OSError."""
+    def say(self, *lines: str) -> None:
+        """For people. Raises OSError."""
+        self._print("\n".join(map(spelt, lines)))
+
+    def say_facts(self, *facts: object) -> None:
+        """For programs, one JSON object a line. Raises OSError."""
+        self._print("\n".join(map(json.dumps, facts)))
+
+    def _print(self, text: str) -> None:
         if self._met is not None:
             return
         try:

@@ -7,6 +7,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from bench.check.parity import Parity
     from bench.check.worlds import Beside
@@ -58,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     for beside in worlds_of(args.scenario, names, robot=args.robot, record=args.record, overwrite=args.overwrite):
         found.append(beside)
         if not args.json:  # at once: the next world may fail, or take its time
-            print("\n".join(_lines(names[0], beside)), flush=True)
+            say(*_lines(names[0], beside), flush=True)
     if args.json:
         print(json.dumps({"reference": names[0], "worlds": [_facts(one) for one in found]}))
     return EXIT_OK if all(one.parity.is_same for one in found) else EXIT_FAILED

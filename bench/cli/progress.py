@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from bench.errors import spelt
 from bench.io.clock import now_ns
 
 BAR_WIDTH = 24
@@ -19,7 +20,7 @@ class Progress:
 
     def __init__(self, names: Sequence[str], is_shown: bool) -> None:
         self.failed = 0
-        self._names = names
+        self._names = [spelt(name) for name in names]
         self._is_shown = is_shown and sys.stderr.isatty()
         self._began_ns = now_ns()
         self._drawn_ns = 0

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 
+from bench.cli.output import say
 from bench.config import load_robot
 from bench.errors import EXIT_OK, UsageError
 from bench.io import timing
@@ -44,10 +45,10 @@ def run_timing(args: argparse.Namespace) -> int:
         return EXIT_OK
     beside = [] if args.no_dashboard else ["a dashboard"]
     beside += [f"{cores} busy processes"] if args.load else []
-    print(f"{args.seconds:g} s for each loop, {scheduling}, beside {' and '.join(beside) or 'nothing'}")
-    print("\n".join([*_table(ours, bare), *_histogram(ours, bare)]))
+    say(f"{args.seconds:g} s for each loop, {scheduling}, beside {' and '.join(beside) or 'nothing'}")
+    say(*_table(ours, bare), *_histogram(ours, bare))
     if bare is None:
-        print("no C compiler to compare with; try: sudo apt install gcc libc6-dev")
+        say("no C compiler to compare with; try: sudo apt install gcc libc6-dev")
     return EXIT_OK
 
 

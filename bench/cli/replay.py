@@ -11,6 +11,7 @@ from pathlib import Path
 
 from bench.cli.choices import add_choices, add_role, add_tolerance, check_arm, check_jobs, check_protocol
 from bench.cli.on_ports import run_on_ports
+from bench.cli.output import say
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -121,20 +122,18 @@ def run(args: argparse.Namespace) -> int:
     else:
         if job.source is not None and not job.source.complete:
             cut_s = job.source.ticks / 1000
-            print(f"cut       the recording was cut short at {cut_s:.3f} s; what follows is about that much")
+            say(f"cut       the recording was cut short at {cut_s:.3f} s; what follows is about that much")
         if job.source is not None and (died := death(job.source.directory)) is not None:
-            print("\n".join(died.lines()))
-        print("\n".join(summary.lines(job)))
-        print(f"speed     {speed:.1f} times real time")
+            say(*died.lines())
+        say(*summary.lines(job), f"speed     {speed:.1f} times real time")
         if args.record:
-            print(f"recorded  {args.record}")
+            say(f"recorded  {args.record}")
         if comparison is not None:
-            print("golden    " + "\n".join(comparison.lines))
+            first, *more = comparison.lines
+            say(f"golden    {first}", *more)
         for one in verdicts:
-            print(f"{'expect' if one.ok else 'EXPECT':10}{one.text}")
+            say(f"{'expect' if one.ok else 'EXPECT':10}{one.text}")
         for name in untouched:
-            print(
-                f"FAULT     {name}: touched nothing, so the run proves nothing about it; check its times and condition"
-            )
+            say(f"FAULT     {name}: touched nothing, so the run proves nothing about it; check its times and condition")
     met = not shortcomings(job)
     return EXIT_OK if met and (comparison is None or comparison.ok) else EXIT_FAILED

@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from bench.cli.output import say
+
 if TYPE_CHECKING:
     from bench.config import Robot
 
@@ -23,10 +25,14 @@ def run(args: argparse.Namespace) -> int:
 
     for name in robot_names():
         robot = load_robot(name)
-        print(json.dumps(_facts(robot)) if args.json else "\n".join(_lines(robot)))
+        if args.json:
+            print(json.dumps(_facts(robot)))
+        else:
+            say(*_lines(robot))
     if not args.json:
-        print(
-            f"\nyour own: --robot my_robot.toml; docs/robots.md has every key. Profiles: {', '.join(profile_names())}"
+        say(
+            "",
+            f"your own: --robot my_robot.toml; docs/robots.md has every key. Profiles: {', '.join(profile_names())}",
         )
     return 0
 
