@@ -114,6 +114,12 @@ def test_wrong_serial_addresses(text, tells):
         ("can:slcan:/dev/x?ttyBaudrate=1", "takes no ?ttyBaudrate="),
         ("can:slcan:sim:", "hangs on a serial line"),
         ("can:slcan:COM3", "expected pty:, serial:"),
+        ("can:udp_multicast:239.74.163.2?port=99999", "port=99999: expected 1 to 65534"),
+        ("can:udp_multicast:239.74.163.2?port=-1", "port=-1: expected 1 to 65534"),
+        ("can:udp_multicast:239.74.163.2?port=fast", "port=fast: expected 1 to 65534"),
+        ("can:udp_multicast:239.74.163.2?port=yes", "port=True: expected 1 to 65534"),
+        ("can:udp_multicast:239.74.163.2?remote=yes&hop_limit=256", "hop_limit=256: expected 0 to 255"),
+        ("can:udp_multicast:239.74.163.2?hop_limit=far&remote=yes", "hop_limit=far: expected 0 to 255"),
         ("pty:", "expected sim:"),
     ],
 )

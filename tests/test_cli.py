@@ -475,14 +475,12 @@ def test_a_scenario_is_not_written_over_by_its_page(call, tmp_path):
 
 @pytest.mark.parametrize("name", ["\x1b[31mred", "bell\a", os.fsdecode(b"caf\xe9"), "back\b"])
 def test_what_the_user_gives_is_no_command_to_their_terminal(call, name):
-    for verb in (
-        ("replay", name),
-        ("kin", name),
-        ("decode", "sbus", name),
-        ("emulate", "core", name),
-        ("kin", "m2006", name),
-        ("emulate", "core", "pty:", f"--{name}"),
-    ):
+    for verb in (("replay", name), ("kin", name), ("decode", "sbus", name), ("emulate", "core", name)):
+        status, out, err = call(*verb)
+        assert (status, out) == (2, "")
+        assert repr(name)[1:-1] in err
+        assert err.removesuffix("\n").isprintable()
+    for verb in (("kin", "m2006", name), ("emulate", "core", "pty:", f"--{name}")):  # argparse's own sentences
         status, out, err = call(*verb)
         assert (status, out) == (2, "")
         assert repr(name)[1:-1] in err

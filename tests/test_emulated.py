@@ -135,7 +135,7 @@ def test_junk_on_the_network_is_counted_and_no_frame_is_lost(multicast):
         ("can:virtuall:x", UsageError, "did you mean virtual?"),
         ("can:socketcan:nocan9", SurroundingsError, "; "),
         ("can:udp_multicast:10.0.0.1", SurroundingsError, "a group such as 239.74.163.2"),
-        ("can:udp_multicast:239.0.0.1?port=five", SurroundingsError, "a group such as 239.74.163.2"),
+        ("can:udp_multicast:239.0.0.1?port=five", UsageError, "port=five: expected 1 to 65534"),
         ("can:slcan:/dev/no-such-thing", SurroundingsError, "plug it in"),
         ("can:slcan:/dev/null", SurroundingsError, "is no serial port"),
         ("can:slcan:socket://127.0.0.1:9", SurroundingsError, "start the other end first"),

@@ -112,6 +112,7 @@ def can_address(name: str, text: str, *, outside: bool = False) -> CanAddress:
         line = _adapters_line(name, text, rest, options)
         return CanAddress(interface, rest, bitrate or CAN_BITRATE, options, line, text)
     if interface == "udp_multicast":
+        _check_number(name, text, options, "port", 1, 65534)  # the last that python-can takes
         _keep_here(name, text, options)
     return CanAddress(interface, rest, bitrate, options, None, text)
 
@@ -135,8 +136,15 @@ def _keep_here(name: str, text: str, options: dict[str, str | int | bool]) -> No
     if remote not in (True, False):
         raise UsageError(f"{name} {text}: remote={remote}: expected yes or no")
     options.setdefault("hop_limit", 1 if remote else 0)
+    _check_number(name, text, options, "hop_limit", 0, 255)
     if options["hop_limit"] != 0 and not remote:
         raise UsageError(f"{name} {text}: would leave this machine; add ?remote=yes if that is meant")
+
+
+def _check_number(name: str, text: str, options: Mapping[str, object], key: str, least: int, most: int) -> None:
+    value = options.get(key, least)
+    if type(value) is not int or not least <= value <= most:
+        raise UsageError(f"{name} {text}: {key}={value}: expected {least} to {most}")
 
 
 def _device(name: str, text: str, rest: str) -> SerialAddress:
