@@ -3,13 +3,17 @@
 import json
 import random
 from collections import deque
+from functools import cache
 from pathlib import Path
 
 import pytest
 from compilers import needs_compiler
 
 from bench.base import Base
+from bench.check.inputs import other_inputs
 from bench.check.parity import parity
+from bench.check.reading import Recording
+from bench.check.scenario import load_scenario
 from bench.check.sources import from_recording, from_scenario
 from bench.check.worlds import worlds_of
 from bench.errors import BenchError, UsageError
@@ -197,6 +201,75 @@ def test_a_recording_of_another_run_is_no_world(driven, tmp_path, change, words)
     (tmp_path / "other.toml").write_text(DRIVE.replace(*change))
     with pytest.raises(BenchError, match=words):
         list(worlds_of(tmp_path / "other.toml", ["sim", str(driven[0])]))
+
+
+FAULT = '[[fault]]\nwire = "{}"\nkind = "drop"\nat_s = 1.0\nfor_s = 0.1\n'
+WIRES = "[wires]\n"
+
+
+@pytest.fixture(scope="module")
+def recorded(driven, tmp_path_factory):
+    """The recording of a scenario's text, made once."""
+
+    @cache
+    def record(text):
+        if text == DRIVE:
+            return driven[0]
+        folder = tmp_path_factory.mktemp("recorded")
+        (folder / "drive.toml").write_text(text)
+        job = from_scenario(folder / "drive.toml")
+        with job.recorder(folder / "run") as recorder:
+            recorder.extend(list(job))
+        return folder / "run"
+
+    return record
+
+
+@pytest.mark.parametrize(
+    ("before", "change", "words"),
+    [
+        (DRIVE, ("forward = 0.5", "forward = 0.6"), "other RC bytes from 0.4[0-9]* s on"),
+        (DRIVE, ("at_s = 1.2", "at_s = 1.3"), "other RC bytes from 1.2[0-9]* s on"),
+        (DRIVE, ("vx_mps = 0.2", "vx_mps = 0.3"), "other velocities from the core from 0.1[0-9]* s on"),
+        (DRIVE, (DRIVE[-30:], DRIVE[-30:] + "[noise]\nloss = 0.01\n"), "other noise"),
+        (DRIVE, (DRIVE[-30:], DRIVE[-30:] + WIRES), "other wires"),
+        (DRIVE, (DRIVE[-30:], DRIVE[-30:] + "[arena]\nlength_m = 3.0\n"), "another arena"),
+        (DRIVE, (DRIVE[-30:], DRIVE[-30:] + FAULT.format("rc")), "other faults"),
+        (DRIVE + FAULT.format("rc"), ("at_s = 1.0", "at_s = 1.1"), "other faults"),
+        (DRIVE + FAULT.format("rc"), ("schema = 1", "schema = 1\nseed = 2"), "another seed"),
+        (DRIVE + FAULT.format("rc"), ("left = 0.4", "left = 0.5"), "other sticks"),
+        (DRIVE + FAULT.format("core"), ("vx_mps = 0.2", "vx_mps = 0.3"), "another core"),
+        (DRIVE + WIRES, ("forward = 0.5", "forward = 0.6"), "other RC bytes from 0.4[0-9]* s on"),
+        (DRIVE + WIRES, ("vx_mps = 0.2", "vx_mps = 0.3"), "other velocities from the core from 0.1[0-9]* s on"),
+    ],
+)
+def test_a_recording_of_a_scenario_that_was_edited_is_no_world(recorded, tmp_path, before, change, words):
+    """Under its old name, and as long as it was: what the recording says was said to something else."""
+    drive, run = tmp_path / "drive.toml", recorded(before)
+    drive.write_text(before.replace(*change))
+    assert drive.read_text() != before
+    with pytest.raises(UsageError, match=f"{run}: was made with {words} than .*drive.toml says now; record"):
+        list(worlds_of(drive, ["sim", str(run)]))
+
+
+@pytest.mark.parametrize("before", [DRIVE, DRIVE + FAULT.format("rc"), DRIVE + FAULT.format("core"), DRIVE + WIRES])
+def test_what_judges_a_run_is_no_input_of_it(recorded, tmp_path, before):
+    drive, run = tmp_path / "drive.toml", recorded(before)
+    drive.write_text(f'{before}[[expect]]\nalways = "speed_mps < 9.0"\n# read again\n')
+    assert other_inputs(Recording.open(run), load_scenario(drive), from_scenario(drive)) == ""
+
+
+def test_a_recording_of_a_base_that_is_late_is_of_the_same_scenario(driven, tmp_path):
+    """Its core asks later, because it is answered later."""
+    drive = tmp_path / "drive.toml"
+    drive.write_text(DRIVE)
+    job = from_scenario(drive)
+    job.bench.base = Changed(job.bench.robot, late_ticks=3, late_answers=70)
+    with job.recorder(tmp_path / "run") as recorder:
+        recorder.extend(list(job))
+    run = Recording.open(tmp_path / "run")
+    assert run.core_to_base.keys() != Recording.open(driven[0]).core_to_base.keys()
+    assert other_inputs(run, load_scenario(drive), from_scenario(drive)) == ""
 
 
 def test_what_was_found_is_told_before_the_next_world_fails(call, tmp_path):

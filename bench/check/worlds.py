@@ -9,10 +9,12 @@ from typing import NamedTuple
 
 from bench.check.conduct import conduct
 from bench.check.controllers import controller_of
+from bench.check.inputs import other_inputs
 from bench.check.parity import Parity, parity
 from bench.check.reading import Recording
 from bench.check.recording import RUN_TOML, read_bytes
 from bench.check.run import Run
+from bench.check.scenario import load_scenario
 from bench.check.sources import from_recording, from_scenario
 from bench.config import SPEED_LOOP
 from bench.errors import UsageError
@@ -92,6 +94,9 @@ def _refuse_another_run(scenario: Path, job: Run, recording: Recording) -> None:
     if recording.ticks != job.ticks:
         lasts = f"holds {recording.ticks / 1000:g} s and the scenario lasts {job.ticks / 1000:g} s"
         raise UsageError(f"{where}: {lasts}; {advice}")
+    other = other_inputs(recording, load_scenario(scenario), job)
+    if other:
+        raise UsageError(f"{where}: was made with {other} than {scenario} says now; {advice}")
 
 
 def _beside_recording(reference: str, directory: Path) -> Beside:
