@@ -262,6 +262,29 @@ def test_what_a_generator_sets_up_on_any_family_compiles_without_a_word(tmp_path
     assert not build(project).is_new
 
 
+@pytest.mark.parametrize(
+    ("named", "at", "toml"),
+    [
+        ("Inc/board.h", "Inc/board.h", ""),
+        ("pins/board.h", "lib/pins/board.h", 'include = ["lib"]\n'),
+        ("board.h", "more/board.h", 'flags = ["-Imore"]\n'),
+        ("board.inc", "board.inc", ""),
+    ],
+)
+def test_names_of_a_chips_set_up_are_read_in_whatever_header_the_compiler_finds(tmp_path, monkeypatch, named, at, toml):
+    """And in no other: an older board's header beside it has names of its own."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / at).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / at).write_text("#define RC_PIN_AF GPIO_AF8_UART5\n")
+    (tmp_path / "old_board.h").write_text("#define GPIO_AF8_UART5 8\n")
+    source = f"""
+        #include "stm32f4xx_hal.h"
+        #include "{named}"
+        int main(void) {{ for (;;) __WFI(); return RC_PIN_AF; }}
+        """
+    assert build(load_project(made(tmp_path, source, toml))).warnings == ""
+
+
 def test_handles_of_any_number_are_wires(tmp_path):
     source = """
         #include "stm32g0xx_hal.h"

@@ -145,7 +145,7 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
     theirs, ours, link, libraries, _ = _commands(project, compiler)
     names = [f"{number}" for number in range(len(project.sources))]
     setup_names = scratch / "wheelbench_setup_names.h"
-    setup_names.write_text(setup_names_h(project, SHIM / "include"), encoding="utf-8")
+    setup_names.write_text(setup_names_h(_files_of(project, theirs), SHIM / "include"), encoding="utf-8")
     commands = [
         [
             *theirs,
@@ -183,6 +183,16 @@ def _compile(project: Project, compiler: str, scratch: Path, wires: str) -> tupl
         inputs |= set(_read_list(scratch / f"{name}.d"))
     inputs.discard(setup_names)
     return "".join(text for _, text in said), inputs
+
+
+def _files_of(project: Project, theirs: Sequence[str]) -> list[Path]:
+    """The team's sources and every header of theirs that goes in: the compiler knows which, wherever they lie."""
+    command = [*theirs, "-MM", "-MG", *map(str, project.sources)]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+    # What it stumbles over, it says once more when it compiles.
+    named = {path for path in _listed(done.stdout.decode("utf-8", "surrogateescape")) if not path.is_relative_to(SHIM)}
+    headers = sorted(path for path in named - {*project.sources} if path.is_file())
+    return [*project.sources, *headers]
 
 
 def _shim_objects(project: Project, ours: Sequence[str]) -> list[Path]:
@@ -326,7 +336,11 @@ def _is_fresh(folder: Path, wanted: str) -> bool:
 
 def _read_list(path: Path) -> Iterable[Path]:
     """The files that a compiler's list of dependencies names."""
-    words = path.read_text(encoding="utf-8", errors="surrogateescape").replace("\\\n", " ").replace("\\ ", "\0").split()
+    return _listed(path.read_text(encoding="utf-8", errors="surrogateescape"))
+
+
+def _listed(text: str) -> Iterable[Path]:
+    words = text.replace("\\\n", " ").replace("\\ ", "\0").split()
     return (Path(word.replace("\0", " ")) for word in words if not word.endswith(":"))
 
 

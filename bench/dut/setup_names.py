@@ -13,8 +13,6 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from bench.dut.project import C_ENDINGS, Project
-
 _CONSTANT = re.compile(
     r"\b(?:[A-Z][A-Za-z0-9_]*_IRQn|B?DMA\d?_(?:Stream|Channel)\d+|(?:"
     r"GPIO_AF\d+|RCC|DMA_REQUEST|FLASH_LATENCY|PWR_REGULATOR_VOLTAGE|PWR_FLAG|MPU_REGION|MPU_ACCESS|MPU_TEX"
@@ -29,12 +27,11 @@ _THEIRS = re.compile(r"^\s*#\s*define\s+(\w+)|\b([A-Z]\w*)(?:\[[^\]]*\])?\s*=(?!
 _ENUM = re.compile(r"\benum\b[^{};]*\{([^}]*)\}")
 _WORD = re.compile(r"\w+")
 _ADDRESS = re.compile(r"B?DMA\d?_(?:Stream|Channel)\d+")
-_MOST_HEADERS = 2000
 
 
-def setup_names_h(project: Project, shim_headers: Path) -> str:
-    """A header with every such name in the project's sources and headers that neither they nor the shim define."""
-    text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in _files(project))
+def setup_names_h(files: Iterable[Path], shim_headers: Path) -> str:
+    """A header with every such name in these sources and headers that neither they nor the shim define."""
+    text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in files)
     shim = {word for path in shim_headers.glob("*.h") for word in _WORD.findall(path.read_text(encoding="utf-8"))}
     known = shim | {name for names in _THEIRS.findall(text) for name in names}
     known |= {word for body in _ENUM.findall(text) for word in _WORD.findall(body)}
@@ -47,13 +44,3 @@ def setup_names_h(project: Project, shim_headers: Path) -> str:
     ]
     lines += [f"#define {name}(...) ((void)0)" for name in calls]
     return "\n".join([*lines, "#define WB_CLOCK_SELECTIONS " + "".join(f"uint32_t {name}; " for name in fields), ""])
-
-
-def _files(project: Project) -> Iterable[Path]:
-    folders = dict.fromkeys([*project.include, *(path.parent for path in project.sources)])
-    headers = {path for folder in folders for path in _headers(folder)}
-    return [*project.sources, *sorted(headers)[:_MOST_HEADERS]]
-
-
-def _headers(folder: Path) -> Iterable[Path]:
-    return (path for path in folder.glob("*.h*") if path.suffix not in C_ENDINGS and path.is_file())
