@@ -450,6 +450,82 @@ def test_timers_once_and_again_stopped_and_behind_tasks_of_higher_priority(tmp_p
     assert sent(tmp_path, source, 14) == [(2, 0x10), (3, 0x20), (4, 1), (7, 2), (7, 0x30), (11, 0x20)]
 
 
+MADE_AND_DELETED = """
+    enum { ROUNDS = 200, MOST = 64 };
+    static int served;
+    static void work(void *unused) {
+        volatile uint8_t scratch[100];
+        for (int i = 0; i < 100; i++) scratch[i] = (uint8_t)i;
+        served += scratch[99] == 99;
+        vTaskDelete(NULL);
+    }
+    static void stands(void *unused) {
+        uint8_t scratch[200];
+        memset(scratch, 1, sizeof scratch);
+        for (;;) vTaskDelay(scratch[9]);
+    }
+    static void told(TimerHandle_t timer) { served += 1000; }
+    static void makes(void *unused) {
+        TaskHandle_t task, all[MOST];
+        for (int i = 0; i < ROUNDS; i++) {
+            xTaskCreate(work, "work", 128, NULL, 3, NULL);                /* runs at once, and deletes itself */
+            if (xTaskCreate(stands, "stands", 128, NULL, 3, &task)) vTaskDelete(task);
+        }
+        put(served == ROUNDS);
+        put((int)uxTaskGetNumberOfTasks());                               /* this one and the idle task */
+        int count = 0;
+        while (count < MOST && xTaskCreate(stands, "stands", 128, NULL, 1, &all[count])) count++;
+        put(count);
+        vTaskDelete(all[0]);
+        put(xTaskCreate(stands, "stands", 128, NULL, 1, &all[0]) == pdPASS);
+        vTaskDelete(all[1]);
+        vTaskDelete(all[2]);
+        for (int i = 0; i < ROUNDS; i++) {
+            TimerHandle_t timer = xTimerCreate("t", 1, pdTRUE, NULL, told);
+            if (!timer || !xTimerStart(timer, 0) || !xTimerDelete(timer, 0)) put(0x7F);
+        }
+        vTaskDelay(2);
+        put(served == ROUNDS);                                            /* a deleted timer calls nobody */
+        for (;;) vTaskDelay(1000);
+    }
+    int main(void) {
+        xTaskCreate(makes, "makes", 128, NULL, 2, NULL);
+        vTaskStartScheduler();
+    }
+"""
+
+
+def test_what_a_deleted_task_or_timer_had_is_there_for_the_next(tmp_path):
+    source = "#include <string.h>\n" + MADE_AND_DELETED
+    told = sent(tmp_path, source, 4, "blocks_per_ms = 100000\n")
+    assert told == [(0, 1), (0, 2), (0, 63), (0, 1), (2, 1)]
+
+
+def test_equals_take_turns_whoever_runs_between_them_and_whosever_room_a_new_one_has(tmp_path):
+    source = """
+    static void takes_turns(void *given) {
+        for (;;) {
+            put((int)(intptr_t)given);
+            for (uint32_t now = wb_millis(); wb_millis() == now;) {}
+        }
+    }
+    static void makes(void *unused) {
+        static const int numbers[4] = {1, 2, 3, 4};
+        TaskHandle_t tasks[4];
+        for (int i = 0; i < 4; i++) xTaskCreate(takes_turns, "turns", 128, (void *)(intptr_t)numbers[i], 1, &tasks[i]);
+        vTaskDelay(3);                                                    /* 1, 2, 3: the next is 4 */
+        vTaskDelete(tasks[1]);
+        xTaskCreate(takes_turns, "turns", 128, (void *)(intptr_t)5, 1, NULL);
+        for (;;) vTaskDelay(1);
+    }
+    int main(void) {
+        xTaskCreate(makes, "makes", 128, NULL, 2, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert [what for _, what in sent(tmp_path, source, 9)] == [1, 2, 3, 4, 5, 1, 3, 4, 5]
+
+
 INTERRUPTED = """
     #include "stm32f4xx_hal.h"
     extern TIM_HandleTypeDef htim6;

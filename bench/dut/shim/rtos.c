@@ -17,22 +17,24 @@ enum { STACK = 256 * 1024, GUARD = 4096 };
 
 struct wb_task *wb_tasks[WB_MOST_TASKS];
 int wb_task_count;
-static int last_run;
+static int next_turn[configMAX_PRIORITIES]; /* a priority's tasks take turns, whoever ran between them */
 static struct wb_task *current;
 static ucontext_t idle;
 static int is_running, nesting, suspended;
 
 static struct wb_task *pick(void) {
-    int best = -1;
-    for (int i = 1; i <= wb_task_count; i++) { /* after the last one: equals take turns */
-        int which = (last_run + i) % wb_task_count;
-        if (wb_tasks[which]->state == WB_READY && (best < 0 || wb_tasks[which]->priority > wb_tasks[best]->priority))
-            best = which;
+    UBaseType_t highest = 0;
+    for (int i = 0; i < wb_task_count; i++)
+        if (wb_tasks[i]->state == WB_READY && wb_tasks[i]->priority > highest)
+            highest = wb_tasks[i]->priority;
+    for (int i = 0; i < wb_task_count; i++) {
+        int which = (next_turn[highest] + i) % wb_task_count;
+        if (wb_tasks[which]->state == WB_READY && wb_tasks[which]->priority == highest) {
+            next_turn[highest] = which + 1;
+            return wb_tasks[which];
+        }
     }
-    if (best < 0)
-        return NULL;
-    last_run = best;
-    return wb_tasks[best];
+    return NULL;
 }
 
 /* Let the task run that should; returns when the calling one should again. */
@@ -96,20 +98,52 @@ static void begin(void) {
 
 /* --- tasks -------------------------------------------------------------------------------------------------------- */
 
+/* The highest of all stands for what is above it. */
+static UBaseType_t possible(UBaseType_t priority) {
+    return priority < configMAX_PRIORITIES ? priority : configMAX_PRIORITIES - 1;
+}
+
+/* The room of a deleted task, as the idle task gives it back on the chip; its stack stays its own. */
+static struct wb_task *freed(void) {
+    for (int i = 0; i < wb_task_count; i++) {
+        struct wb_task *task = wb_tasks[i];
+        if (task->state != WB_DELETED || task == current)
+            continue;
+        memmove(&wb_tasks[i], &wb_tasks[i + 1], (size_t)(--wb_task_count - i) * sizeof *wb_tasks);
+        for (int each = 0; each < configMAX_PRIORITIES; each++)
+            next_turn[each] -= next_turn[each] > i; /* whose turn it is stays as it was */
+        *task = (struct wb_task){.stack = task->stack};
+        return task;
+    }
+    return NULL;
+}
+
+/* Room for one more task; NULL where there is none. */
+static struct wb_task *place(void) {
+    struct wb_task *task = freed();
+    if (task || wb_task_count == WB_MOST_TASKS)
+        return task;
+    task = calloc(1, sizeof *task);
+    char *stack = mmap(NULL, GUARD + STACK, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (!task || stack == MAP_FAILED)
+        return NULL;
+    mprotect(stack, GUARD, PROT_NONE);
+    task->stack = stack + GUARD;
+    return task;
+}
+
 BaseType_t xTaskCreate(
     TaskFunction_t function, const char *name, configSTACK_DEPTH_TYPE depth, void *given, UBaseType_t priority, TaskHandle_t *handle) {
     (void)depth; /* a host's frames are larger: every task has a quarter of a megabyte */
-    struct wb_task *task = calloc(1, sizeof *task);
-    char *stack = mmap(NULL, GUARD + STACK, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (!task || stack == MAP_FAILED || wb_task_count == WB_MOST_TASKS)
+    struct wb_task *task = place();
+    if (!task)
         return pdFAIL;
-    mprotect(stack, GUARD, PROT_NONE);
     task->function = function;
     task->given = given;
-    task->priority = priority;
+    task->priority = possible(priority);
     snprintf(task->name, sizeof task->name, "%s", name ? name : "");
     getcontext(&task->context);
-    task->context.uc_stack.ss_sp = stack + GUARD;
+    task->context.uc_stack.ss_sp = task->stack;
     task->context.uc_stack.ss_size = STACK;
     makecontext(&task->context, begin, 0);
     wb_tasks[wb_task_count++] = task;
@@ -155,7 +189,7 @@ void vTaskResume(TaskHandle_t task) {
 }
 
 void vTaskPrioritySet(TaskHandle_t task, UBaseType_t priority) {
-    (task ? task : current)->priority = priority;
+    (task ? task : current)->priority = possible(priority);
     wb_rtos_preempt();
 }
 
@@ -169,7 +203,10 @@ UBaseType_t uxTaskGetStackHighWaterMark(TaskHandle_t task) {
 }
 
 UBaseType_t uxTaskGetNumberOfTasks(void) {
-    return (UBaseType_t)wb_task_count;
+    UBaseType_t count = is_running ? 1 : 0; /* the idle task */
+    for (int i = 0; i < wb_task_count; i++)
+        count += wb_tasks[i]->state != WB_DELETED;
+    return count;
 }
 
 char *pcTaskGetName(TaskHandle_t task) {

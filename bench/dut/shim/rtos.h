@@ -25,6 +25,7 @@ struct wb_queue {
 
 struct wb_task {
     ucontext_t context;
+    char *stack;
     TaskFunction_t function;
     void *given;
     UBaseType_t priority;

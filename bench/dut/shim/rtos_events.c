@@ -4,6 +4,8 @@
 
 #include "timers.h"
 
+#include <string.h>
+
 /* --- event groups: who waits for bits is served when they are set ------------------------------------------------- */
 
 EventGroupHandle_t xEventGroupCreate(void) {
@@ -80,7 +82,7 @@ enum { MOST_TIMERS = 64, TIMER_PRIORITY = 2 };
 
 struct wb_timer {
     TickType_t period, due;
-    int is_active, again;
+    int is_active, again, is_deleted;
     void *id;
     TimerCallbackFunction_t call;
 };
@@ -111,18 +113,30 @@ static void serve(void *unused) {
     }
 }
 
+/* Room for one more timer, behind the others: that of a deleted one, where there is any. */
+static struct wb_timer *place(void) {
+    struct wb_timer *timer = NULL;
+    for (int i = 0; i < timer_count && !timer; i++)
+        if (timers[i]->is_deleted) {
+            timer = timers[i];
+            memmove(&timers[i], &timers[i + 1], (size_t)(--timer_count - i) * sizeof *timers);
+        }
+    if (!timer && timer_count < MOST_TIMERS)
+        timer = calloc(1, sizeof *timer);
+    if (timer)
+        timers[timer_count++] = timer;
+    return timer;
+}
+
 TimerHandle_t xTimerCreate(const char *name, TickType_t period, BaseType_t again, void *id, TimerCallbackFunction_t call) {
     (void)name;
-    struct wb_timer *timer = calloc(1, sizeof *timer);
-    if (!timer || timer_count == MOST_TIMERS || !period)
+    if (!period)
         return NULL;
     if (!timer_count)
         xTaskCreate(serve, "Tmr Svc", configMINIMAL_STACK_SIZE, NULL, TIMER_PRIORITY, NULL);
-    timer->period = period;
-    timer->again = again != pdFALSE;
-    timer->id = id;
-    timer->call = call;
-    timers[timer_count++] = timer;
+    struct wb_timer *timer = place();
+    if (timer)
+        *timer = (struct wb_timer){.period = period, .again = again != pdFALSE, .id = id, .call = call};
     return timer;
 }
 
@@ -149,6 +163,7 @@ BaseType_t xTimerStop(TimerHandle_t timer, TickType_t ticks) {
 }
 
 BaseType_t xTimerDelete(TimerHandle_t timer, TickType_t ticks) {
+    timer->is_deleted = 1;
     return xTimerStop(timer, ticks);
 }
 
