@@ -355,8 +355,7 @@ def test_notifications_are_counted_cleared_and_forgotten_as_asked_for(tmp_path):
     assert sent(tmp_path, source, 9) == [(0, 2), (0, 1), (0, 0), (1, 0x33), (1, 0x20), (2, 0x40), (7, 0x41)]
 
 
-def test_a_full_queue_takes_again_what_waits_for_room_and_a_look_leaves_what_is_there(tmp_path):
-    source = """
+FULL_QUEUE = """
     static QueueHandle_t queue;
     static void writes(void *unused) {
         for (uint8_t item = 1; item < 4; item++) {
@@ -380,12 +379,8 @@ def test_a_full_queue_takes_again_what_waits_for_room_and_a_look_leaves_what_is_
         xTaskCreate(reads, "reads", 128, NULL, 1, NULL);
         vTaskStartScheduler();
     }
-    """
-    assert sent(tmp_path, source, 4) == [(0, 0x11), (0, 0x12), (1, 1), (1, 0x13), (1, 0x21), (1, 0x22), (3, 0x23)]
-
-
-def test_all_bits_or_any_cleared_or_kept(tmp_path):
-    source = """
+"""
+BITS = """
     static EventGroupHandle_t group;
     static void waits(void *unused) {
         put((int)xEventGroupWaitBits(group, 0x3, pdTRUE, pdTRUE, portMAX_DELAY));
@@ -414,10 +409,19 @@ def test_all_bits_or_any_cleared_or_kept(tmp_path):
         xTaskCreate(sets, "sets", 128, &waiting, 1, NULL);
         vTaskStartScheduler();
     }
-    """
-    assert sent(tmp_path, source, 4) == [
-        (0, 0x10), (1, 0xF), (1, 0xC), (1, 0xC), (1, 0x8), (2, 0), (2, 0x20), (2, 1), (2, 0x21),
-    ]  # fmt: skip
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        (FULL_QUEUE, [(0, 0x11), (0, 0x12), (1, 1), (1, 0x13), (1, 0x21), (1, 0x22), (3, 0x23)]),
+        (BITS, [(0, 0x10), (1, 0xF), (1, 0xC), (1, 0xC), (1, 0x8), (2, 0), (2, 0x20), (2, 1), (2, 0x21)]),
+    ],
+    ids=["a full queue takes again, and a look leaves what is there", "all bits or any, cleared or kept"],
+)
+def test_who_waits_for_room_or_bits_is_served_as_it_asked(tmp_path, source, told):
+    assert sent(tmp_path, source, 4) == told
 
 
 def test_timers_once_and_again_stopped_and_behind_tasks_of_higher_priority(tmp_path):
