@@ -454,6 +454,224 @@ def test_timers_once_and_again_stopped_and_behind_tasks_of_higher_priority(tmp_p
     assert sent(tmp_path, source, 14) == [(2, 0x10), (3, 0x20), (4, 1), (7, 2), (7, 0x30), (11, 0x20)]
 
 
+def test_mail_pools_and_queues_of_version_1_as_generated_projects_have_them(tmp_path):
+    source = """
+    typedef struct { uint32_t speed; uint8_t which; } mail_t;
+    osMailQDef(mail, 2, mail_t);
+    osPoolDef(pool, 2, mail_t);
+    osMessageQDef(bytes, 1, uint8_t);
+    static osMailQId mails;
+    static osPoolId blocks;
+    static osMessageQId queue;
+    static void Hears(void const *unused) {
+        for (osEvent event;;) {
+            event = osMailGet(mails, 4);
+            mail_t *mail = event.value.p;
+            if (event.status == osEventTimeout) { put(0x20); break; }
+            if (event.status == osEventMail && event.def.mail_id == mails) put((int)mail->speed + mail->which);
+            if (osMailFree(mails, mail) != osOK) put(0x2F);
+        }
+        if (osMailGet(mails, 0).status == osOK && osMailFree(mails, NULL) == osErrorParameter) put(0x21);
+        osDelay(2);
+        put((int)osMessageGet(queue, 0).value.v);                         /* 0x134, as a byte */
+        put((int)osMessageGet(queue, 2).value.v);                         /* which had waited for room */
+        osThreadTerminate(NULL);                                          /* itself */
+    }
+    static void Says(void const *unused) {
+        mail_t *one = osMailAlloc(mails, osWaitForever), *two = osMailCAlloc(mails, 0);
+        if (!osMailAlloc(mails, osWaitForever)) put(0x30);                /* which waits for nothing */
+        *one = (mail_t){.speed = 5, .which = 1};
+        two->which = 2;
+        osMailPut(mails, one);
+        osMailPut(mails, two);
+        osDelay(1);
+        one = osPoolAlloc(blocks);
+        one->speed = 9;
+        if (osPoolFree(blocks, (uint8_t *)one + 1) == osErrorParameter && osPoolFree(blocks, one) == osOK) put(0x31);
+        if (!(two = osPoolCAlloc(blocks))->speed && osPoolAlloc(blocks) && !osPoolAlloc(blocks)) put(0x32);
+        if (osPoolFree(blocks, two + 9) == osErrorParameter && osPoolFree(NULL, two) == osErrorParameter) put(0x33);
+        put((int)osMessageAvailableSpace(queue));
+        osMessagePut(queue, 0x134, 0);
+        if (osMessagePeek(queue, 0).value.v == 0x34 && osMessageWaiting(queue) == 1) put(0x34);
+        if (osMessagePut(queue, 7, 0) == osErrorOS) put(0x35);            /* no time is a tick */
+        if (osMessagePut(queue, 7, osWaitForever) == osOK) put(0x36);
+        osDelay(0);                                                       /* a tick, too */
+        if (osMessageDelete(queue) == osOK) put(0x37);
+        osThreadSuspend(NULL);                                            /* itself */
+    }
+    int main(void) {
+        mails = osMailCreate(osMailQ(mail), NULL);
+        blocks = osPoolCreate(osPool(pool));
+        queue = osMessageCreate(osMessageQ(bytes), NULL);
+        osThreadDef(hears, Hears, osPriorityNormal, 0, 128);
+        osThreadCreate(osThread(hears), NULL);
+        osThreadDef(says, Says, osPriorityBelowNormal, 0, 128);
+        osThreadCreate(osThread(says), NULL);
+        osKernelStart();
+    }
+    """
+    assert sent(tmp_path, source, 12) == [
+        (0, 0x30), (0, 6), (0, 2), (1, 0x31), (1, 0x32), (1, 0x33), (1, 1), (1, 0x34), (2, 0x35), (4, 0x20), (4, 0x21),
+        (6, 0x34), (6, 7), (6, 0x36), (7, 0x37),
+    ]  # fmt: skip
+
+
+def test_threads_mutexes_and_semaphores_of_version_1_as_generated_projects_have_them(tmp_path):
+    source = """
+    static osStaticSemaphoreDef_t memory;
+    static osThreadId low;
+    static uint32_t at;
+    static void tells(void const *timer) { put(0x60); }
+    static void Low(void const *given) {
+        put((int)(intptr_t)given);
+        for (;;) osSignalWait(0x1, osWaitForever);
+    }
+    static void High(void const *unused) {
+        osThreadDef_t made;                                               /* filled in as it runs */
+        made.name = "low";
+        made.pthread = Low;
+        made.tpriority = osPriorityLow;
+        made.instances = 0;
+        made.stacksize = 128;
+        low = osThreadCreate(&made, (void *)0x11);
+        if (osThreadGetState(low) == osThreadReady && osThreadGetState(osThreadGetId()) == osThreadRunning) put(0x20);
+        if (osThreadGetPriority(low) == osPriorityLow && osThreadGetPriority(NULL) == osPriorityHigh) put(0x21);
+        osThreadSetPriority(low, osPriorityRealtime);                     /* at once */
+        if (osThreadGetState(low) == osThreadBlocked && osThreadIsSuspended(low) == osErrorOS) put(0x22);
+        osThreadSuspend(low);
+        if (osThreadGetState(low) == osThreadSuspended && osThreadIsSuspended(low) == osOK) put(0x23);
+        osThreadTerminate(low);
+        if (osThreadGetState(low) == osThreadDeleted) put(0x24);
+        osDelay(1);
+        osSemaphoreStaticDef(empty, &memory);
+        osSemaphoreDef(there);
+        osSemaphoreId one = osSemaphoreCreate(osSemaphore(empty), 1), two = osSemaphoreCreate(osSemaphore(there), 1);
+        if (osSemaphoreWait(one, 0) == osErrorOS && osSemaphoreWait(two, 0) == osOK) put(0x25);
+        if (osSemaphoreWait(NULL, 0) == osErrorParameter && osMutexWait(NULL, 0) == osErrorParameter) put(0x26);
+        osMutexDef(mutex);
+        osMutexId again = osRecursiveMutexCreate(osMutex(mutex));
+        if (osRecursiveMutexWait(again, 0) == osOK && osRecursiveMutexWait(again, 0) == osOK) put(0x27);
+        if (osRecursiveMutexRelease(again) == osOK && osRecursiveMutexRelease(again) == osOK
+            && osRecursiveMutexRelease(again) == osErrorOS) put(0x28);
+        if (osMutexDelete(again) == osOK && osSemaphoreDelete(one) == osOK) put(0x29);
+        osTimerDef(timer, tells);
+        osTimerId timer = osTimerCreate(osTimer(timer), osTimerPeriodic, NULL);
+        osTimerStart(timer, 2);
+        osDelay(5);                                                       /* at 2 and 4 */
+        osTimerDelete(timer);
+        osSignalSet(osThreadGetId(), 0x7);
+        if (osSignalClear(osThreadGetId(), 0x5) == 0x7 && osSignalWait(0x2, 0).value.signals == 0x2) put(0x2A);
+        osThreadSuspendAll();
+        if (osKernelRunning() && osThreadResumeAll() == osErrorOS) put(0x2B);
+        at = osKernelSysTick();
+        while (osKernelSysTick() - at < osKernelSysTickMicroSec(3000)) {}
+        put(0x2C);
+        for (;;) osDelay(1000);
+    }
+    void vApplicationStackOverflowHook(xTaskHandle task, signed char *name) { (void)(portTICK_RATE_MS + *name); }
+    int main(void) {
+        osThreadDef(high, High, osPriorityHigh, 0, 128);
+        osThreadCreate(osThread(high), NULL);
+        put(osKernelRunning());
+        osKernelStart();
+    }
+    """
+    assert sent(tmp_path, source, 10, "blocks_per_ms = 100000\n") == [
+        (0, 0), (0, 0x20), (0, 0x21), (0, 0x11), (0, 0x22), (0, 0x23), (0, 0x24),
+        (1, 0x25), (1, 0x26), (1, 0x27), (1, 0x28), (1, 0x29), (3, 0x60), (5, 0x60), (6, 0x2A), (6, 0x2B), (9, 0x2C),
+    ]  # fmt: skip
+
+
+def test_pools_states_and_locks_of_version_2_and_what_it_says_to_nobody(tmp_path):
+    source = """
+    static osMemoryPoolId_t pool;
+    static osThreadId_t high;
+    static void *blocks[2];
+    static void never(void *unused) { put(0x7F); }
+    static void hears(void *unused) {
+        void *block = osMemoryPoolAlloc(pool, 1);
+        if (!block) put(0x10);                                            /* a tick in vain */
+        block = osMemoryPoolAlloc(pool, osWaitForever);
+        if (block == blocks[0]) put(0x11);
+        osThreadSuspend(high);
+        put(0x12);
+        osDelay(0);                                                       /* is nothing at all */
+        put(0x13);
+        osThreadExit();
+    }
+    static void says(void *unused) {
+        osTimerId_t timer = osTimerNew(never, osTimerPeriodic, NULL, NULL);
+        if (osKernelGetState() == osKernelRunning && osKernelLock() == 0 && osKernelGetState() == osKernelLocked) put(0x20);
+        if (osKernelLock() == 1 && osKernelUnlock() == 1 && osKernelRestoreLock(0) == 0) put(0x21);
+        osDelay(2);
+        if (osMemoryPoolGetCount(pool) == 2 && osMemoryPoolGetSpace(pool) == 0) put(0x22);
+        if (osMemoryPoolFree(pool, "") == osErrorParameter && osMemoryPoolFree(NULL, blocks[0]) == osErrorParameter) put(0x23);
+        osMemoryPoolFree(pool, blocks[0]);                                /* the other has it, and is suspended */
+        if (osThreadGetState(high) == osThreadBlocked && osThreadGetPriority(high) == osPriorityHigh1) put(0x24);
+        osThreadSetPriority(high, osPriorityLow);
+        osThreadResume(high);
+        put(0x25);
+        osDelay(1);
+        if (osMemoryPoolFree(pool, blocks[1]) == osOK && osMemoryPoolFree(pool, blocks[1]) == osErrorResource) put(0x26);
+        if (osTimerStart(timer, 1) == osOK && osTimerIsRunning(timer) && osTimerStop(timer) == osOK) put(0x27);
+        if (osTimerStop(timer) == osErrorResource && osTimerDelete(timer) == osOK) put(0x28);
+        osDelay(2);
+        if (osThreadSuspend(NULL) + osThreadTerminate(NULL) + osTimerStart(NULL, 1) == 3 * osErrorParameter) put(0x30);
+        if (osMutexAcquire(NULL, 0) + osSemaphoreAcquire(NULL, 0) + osMutexRelease(NULL) == 3 * osErrorParameter) put(0x31);
+        if (osMessageQueuePut(NULL, "", 0, 0) == osErrorParameter && osEventFlagsSet(NULL, 1) == osFlagsErrorParameter) put(0x32);
+        osMessageQueueId_t queue = osMessageQueueNew(3, 2, NULL);
+        osMessageQueuePut(queue, "ab", 0, 0);
+        if (osMessageQueueGetCapacity(queue) == 3 && osMessageQueueGetSpace(queue) == 2) put(0x33);
+        if (osMessageQueueGetMsgSize(queue) == 2 && osMessageQueueDelete(queue) == osOK) put(0x34);
+        osThreadFlagsSet(osThreadGetId(), 0x5);
+        if (osThreadFlagsGet() == 0x5 && osThreadGetCount() == 3) put(0x35); /* with the timers' and the idle one */
+        for (;;) osDelay(1000);
+    }
+    int main(void) {
+        const osThreadAttr_t attributes = {.name = "hears", .priority = osPriorityHigh1};
+        if (osKernelGetState() == osKernelInactive && osKernelInitialize() == osOK) put(osKernelGetState());
+        pool = osMemoryPoolNew(2, 3, NULL);
+        for (int i = 0; i < 2; i++) blocks[i] = osMemoryPoolAlloc(pool, 0);
+        high = osThreadNew(hears, NULL, &attributes);
+        osThreadNew(says, NULL, NULL);
+        osKernelStart();
+    }
+    """
+    assert sent(tmp_path, source, 8) == [
+        (0, 1), (0, 0x20), (0, 0x21), (1, 0x10), (2, 0x22), (2, 0x23), (2, 0x11), (2, 0x24), (2, 0x25), (2, 0x12),
+        (2, 0x13), (3, 0x26), (3, 0x27), (3, 0x28), (5, 0x30), (5, 0x31), (5, 0x32), (5, 0x33), (5, 0x34), (5, 0x35),
+    ]  # fmt: skip
+
+
+def test_the_front_of_a_queue_states_and_names_of_tasks(tmp_path):
+    source = """
+    #include <string.h>
+    static void stands(void *unused) { for (;;) vTaskSuspend(NULL); }
+    static void run(void *unused) {
+        QueueHandle_t queue = xQueueCreate(2, 1);
+        char table[200];
+        uint8_t item = 1;
+        xQueueSend(queue, &item, 0);
+        item = 2;
+        xQueueSendToFront(queue, &item, 0);
+        if (xQueueSendToFrontFromISR(queue, &item, NULL) == errQUEUE_FULL) put(0x10);
+        while (xQueueReceive(queue, &item, 0)) put(item);
+        if (eTaskGetState(xTaskGetHandle("stands")) == eSuspended && !xTaskGetHandle("nobody")) put(0x11);
+        vTaskList(table);
+        if (strstr(table, "run            \\tX\\t2") && strstr(table, "stands         \\tS\\t3")) put(0x12);
+        xTaskNotify(xTaskGetCurrentTaskHandle(), 0x7, eSetBits);
+        if (ulTaskNotifyValueClear(NULL, 0x3) == 0x7 && ulTaskNotifyTake(pdTRUE, 0) == 0x4) put(0x13);
+        for (;;) vTaskDelay(1000);
+    }
+    int main(void) {
+        xTaskCreate(stands, "stands", 128, NULL, 3, NULL);
+        xTaskCreate(run, "run", 128, NULL, 2, NULL);
+        vTaskStartScheduler();
+    }
+    """
+    assert sent(tmp_path, source, 2) == [(0, 0x10), (0, 2), (0, 1), (0, 0x11), (0, 0x12), (0, 0x13)]
+
+
 MADE_AND_DELETED = """
     enum { ROUNDS = 200, MOST = 64 };
     static int served;

@@ -23,7 +23,10 @@ from bench.dut.setup_names import setup_names_h
 from bench.errors import SurroundingsError, UsageError
 
 SHIM = Path(__file__).parent / "shim"
-SHIM_SOURCES = ("core.c", "hal.c", "hal_uart.c", "hal_can.c", "rtos.c", "rtos_events.c", "rtos_cmsis.c")
+SHIM_SOURCES = (
+    "core.c", "hal.c", "hal_uart.c", "hal_can.c",
+    "rtos.c", "rtos_events.c", "rtos_cmsis.c", "rtos_cmsis_1.c", "rtos_pools.c",
+)  # fmt: skip
 PROGRAM, MANIFEST = "firmware", "manifest.json"
 FIRMWARE_MAIN = "wb_firmware_main"
 

@@ -67,13 +67,14 @@ void wb_rtos_wake(const void *waiting_for) {
         best->state = WB_READY;
 }
 
-void wb_rtos_preempt(void) {
+int wb_rtos_preempt(void) {
     if (current && !wb_in_interrupt && !nesting && !suspended)
         for (int i = 0; i < wb_task_count; i++)
             if (wb_tasks[i]->state == WB_READY && wb_tasks[i]->priority > current->priority) {
                 reschedule();
-                return;
+                return 1;
             }
+    return 0;
 }
 
 void wb_rtos_after_tick(void) {
@@ -213,6 +214,28 @@ char *pcTaskGetName(TaskHandle_t task) {
     return (task ? task : current)->name;
 }
 
+TaskHandle_t xTaskGetHandle(const char *name) {
+    for (int i = 0; i < wb_task_count; i++)
+        if (wb_tasks[i]->state != WB_DELETED && strncmp(wb_tasks[i]->name, name, WB_TASK_NAME - 1) == 0)
+            return wb_tasks[i];
+    return NULL;
+}
+
+eTaskState eTaskGetState(TaskHandle_t task) {
+    static const eTaskState states[] = {
+        [WB_READY] = eReady, [WB_BLOCKED] = eBlocked, [WB_SUSPENDED] = eSuspended, [WB_DELETED] = eDeleted,
+    };
+    return !task ? eInvalid : task == current ? eRunning : states[task->state];
+}
+
+/* A line for each: its name, what it does (X runs, R is ready, B waits, S is suspended), priority, stack, number. */
+void vTaskList(char *to) {
+    for (int i = 0; i < wb_task_count; i++)
+        if (wb_tasks[i]->state != WB_DELETED)
+            to += sprintf(to, "%-15s\t%c\t%lu\t%lu\t%d\r\n", wb_tasks[i]->name, "XRBSD"[eTaskGetState(wb_tasks[i])],
+                wb_tasks[i]->priority, uxTaskGetStackHighWaterMark(wb_tasks[i]), i + 1);
+}
+
 BaseType_t xTaskGetSchedulerState(void) {
     if (!is_running)
         return taskSCHEDULER_NOT_STARTED;
@@ -281,9 +304,7 @@ void vTaskSuspendAll(void) {
 }
 
 BaseType_t xTaskResumeAll(void) {
-    if (suspended && --suspended == 0)
-        wb_rtos_preempt();
-    return pdFALSE;
+    return suspended && --suspended == 0 && wb_rtos_preempt() ? pdTRUE : pdFALSE;
 }
 
 static BaseType_t notify(TaskHandle_t task, uint32_t value, eNotifyAction action) {
@@ -357,6 +378,13 @@ BaseType_t xTaskNotifyStateClear(TaskHandle_t task) {
     return was;
 }
 
+uint32_t ulTaskNotifyValueClear(TaskHandle_t task, uint32_t bits) {
+    struct wb_task *which = task ? task : current;
+    uint32_t was = which->notified;
+    which->notified &= ~bits;
+    return was;
+}
+
 /* --- queues ------------------------------------------------------------------------------------------------------- */
 
 QueueHandle_t xQueueCreate(UBaseType_t length, UBaseType_t item_size) {
@@ -388,11 +416,14 @@ SemaphoreHandle_t xSemaphoreCreateCounting(UBaseType_t most, UBaseType_t first) 
     return queue;
 }
 
-static BaseType_t put(QueueHandle_t queue, const void *item) {
+static BaseType_t put(QueueHandle_t queue, const void *item, int in_front) {
     if (queue->count == queue->length)
         return pdFALSE;
+    if (in_front)
+        queue->first = (queue->first + queue->length - 1) % queue->length;
+    UBaseType_t at = in_front ? queue->first : (queue->first + queue->count) % queue->length;
     if (queue->item_size)
-        memcpy(queue->items + (queue->first + queue->count) % queue->length * queue->item_size, item, queue->item_size);
+        memcpy(queue->items + at * queue->item_size, item, queue->item_size);
     queue->count++;
     wb_rtos_wake(queue);
     return pdTRUE;
@@ -411,9 +442,9 @@ static BaseType_t take(QueueHandle_t queue, void *item, int keep) {
     return pdTRUE;
 }
 
-BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks) {
+static BaseType_t send(QueueHandle_t queue, const void *item, TickType_t ticks, int in_front) {
     TickType_t start = wb_tick;
-    while (!put(queue, item)) {
+    while (!put(queue, item, in_front)) {
         TickType_t passed = wb_tick - start;
         if (passed >= ticks)
             return errQUEUE_FULL;
@@ -423,15 +454,29 @@ BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks) {
     return pdTRUE;
 }
 
+BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks) {
+    return send(queue, item, ticks, 0);
+}
+
+BaseType_t xQueueSendToFront(QueueHandle_t queue, const void *item, TickType_t ticks) {
+    return send(queue, item, ticks, 1);
+}
+
 BaseType_t xQueueSendFromISR(QueueHandle_t queue, const void *item, BaseType_t *wanted) {
     if (wanted)
         *wanted = pdTRUE;
-    return put(queue, item);
+    return put(queue, item, 0);
+}
+
+BaseType_t xQueueSendToFrontFromISR(QueueHandle_t queue, const void *item, BaseType_t *wanted) {
+    if (wanted)
+        *wanted = pdTRUE;
+    return put(queue, item, 1);
 }
 
 BaseType_t xQueueOverwrite(QueueHandle_t queue, const void *item) {
     queue->count = queue->first = 0;
-    put(queue, item);
+    put(queue, item, 0);
     wb_rtos_preempt();
     return pdPASS;
 }

@@ -48,8 +48,9 @@ extern int wb_task_count;
 void wb_rtos_block(const void *on, TickType_t ticks);
 /* The task of the highest priority that waits on it is ready. */
 void wb_rtos_wake(const void *waiting_for);
-/* Let a task run that is ready and of higher priority than this one. */
-void wb_rtos_preempt(void);
+/* Let a task run that is ready and of higher priority than this one; whether there was one. */
+int wb_rtos_preempt(void);
 struct wb_task *wb_rtos_current(void);
+extern int wb_is_version_1; /* the firmware makes its tasks as CMSIS-RTOS 1 does, whose calls of the same name differ */
 
 #endif

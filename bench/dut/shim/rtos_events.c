@@ -181,3 +181,11 @@ BaseType_t xTimerIsTimerActive(TimerHandle_t timer) {
 void *pvTimerGetTimerID(TimerHandle_t timer) {
     return timer->id;
 }
+
+void vTimerSetTimerID(TimerHandle_t timer, void *id) {
+    timer->id = id;
+}
+
+TickType_t xTimerGetPeriod(TimerHandle_t timer) {
+    return timer->period;
+}

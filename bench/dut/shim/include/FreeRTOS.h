@@ -22,6 +22,17 @@ typedef void (*TaskFunction_t)(void *);
 typedef struct wb_task *TaskHandle_t;
 typedef struct wb_queue *QueueHandle_t;
 typedef QueueHandle_t SemaphoreHandle_t;
+/* Names of old, which generators still write. */
+typedef TaskHandle_t xTaskHandle;
+typedef QueueHandle_t xQueueHandle;
+typedef SemaphoreHandle_t xSemaphoreHandle;
+typedef TickType_t portTickType;
+#define portBASE_TYPE long
+#define portCHAR char
+#define portLONG long
+#define portSHORT short
+#define portFLOAT float
+#define portDOUBLE double
 /* Memory that a firmware gives to something is not used: everything has its own. */
 typedef struct {
     uint32_t unused;
@@ -41,6 +52,8 @@ typedef struct {
 #define portTICK_PERIOD_MS ((TickType_t)1)
 #define portTICK_RATE_MS portTICK_PERIOD_MS
 #define pdMS_TO_TICKS(ms) ((TickType_t)(ms))
+#define pdTICKS_TO_MS(ticks) ((TickType_t)(ticks))
+#define configMAX_TASK_NAME_LEN 16
 #define tskIDLE_PRIORITY ((UBaseType_t)0)
 #define portYIELD_FROM_ISR(wanted) ((void)(wanted))
 #define portYIELD() taskYIELD()
@@ -50,6 +63,7 @@ void wb_rtos_assert(const char *file, int line, const char *truth);
 void *pvPortMalloc(size_t size);
 void vPortFree(void *block);
 size_t xPortGetFreeHeapSize(void);
+#define xPortGetMinimumEverFreeHeapSize() xPortGetFreeHeapSize()
 BaseType_t xPortIsInsideInterrupt(void);
 
 #ifdef __cplusplus

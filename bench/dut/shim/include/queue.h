@@ -15,6 +15,8 @@ BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks);
 #define xQueueSendToBack(queue, item, ticks) xQueueSend(queue, item, ticks)
 BaseType_t xQueueSendFromISR(QueueHandle_t queue, const void *item, BaseType_t *wanted);
 #define xQueueSendToBackFromISR(queue, item, wanted) xQueueSendFromISR(queue, item, wanted)
+BaseType_t xQueueSendToFront(QueueHandle_t queue, const void *item, TickType_t ticks);
+BaseType_t xQueueSendToFrontFromISR(QueueHandle_t queue, const void *item, BaseType_t *wanted);
 BaseType_t xQueueOverwrite(QueueHandle_t queue, const void *item);
 #define xQueueOverwriteFromISR(queue, item, wanted) xQueueOverwrite(queue, item)
 BaseType_t xQueueReceive(QueueHandle_t queue, void *item, TickType_t ticks);

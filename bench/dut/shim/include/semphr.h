@@ -10,6 +10,7 @@ extern "C" {
 
 SemaphoreHandle_t xSemaphoreCreateCounting(UBaseType_t most, UBaseType_t first);
 #define xSemaphoreCreateBinary() xSemaphoreCreateCounting(1, 0)
+#define vSemaphoreCreateBinary(semaphore) ((semaphore) = xSemaphoreCreateCounting(1, 1)) /* unlike the newer one: it is there */
 #define xSemaphoreCreateMutex() xSemaphoreCreateCounting(1, 1)
 #define xSemaphoreCreateBinaryStatic(memory) ((void)(memory), xSemaphoreCreateBinary())
 #define xSemaphoreCreateMutexStatic(memory) ((void)(memory), xSemaphoreCreateMutex())

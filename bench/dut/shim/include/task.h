@@ -21,6 +21,12 @@ UBaseType_t uxTaskPriorityGet(TaskHandle_t task);
 UBaseType_t uxTaskGetStackHighWaterMark(TaskHandle_t task);
 UBaseType_t uxTaskGetNumberOfTasks(void);
 char *pcTaskGetName(TaskHandle_t task);
+#define pcTaskGetTaskName(task) pcTaskGetName(task)
+TaskHandle_t xTaskGetHandle(const char *name);
+#define uxTaskPriorityGetFromISR(task) uxTaskPriorityGet(task)
+typedef enum { eRunning = 0, eReady, eBlocked, eSuspended, eDeleted, eInvalid } eTaskState;
+eTaskState eTaskGetState(TaskHandle_t task);
+void vTaskList(char *to);
 #define taskSCHEDULER_SUSPENDED ((BaseType_t)0)
 #define taskSCHEDULER_NOT_STARTED ((BaseType_t)1)
 #define taskSCHEDULER_RUNNING ((BaseType_t)2)
@@ -37,6 +43,13 @@ void taskENTER_CRITICAL(void);
 void taskEXIT_CRITICAL(void);
 #define taskDISABLE_INTERRUPTS() taskENTER_CRITICAL()
 #define taskENABLE_INTERRUPTS() taskEXIT_CRITICAL()
+#define portENTER_CRITICAL() taskENTER_CRITICAL()
+#define portEXIT_CRITICAL() taskEXIT_CRITICAL()
+#define portDISABLE_INTERRUPTS() taskENTER_CRITICAL()
+#define portENABLE_INTERRUPTS() taskEXIT_CRITICAL()
+#define portSET_INTERRUPT_MASK_FROM_ISR() 0U
+#define portCLEAR_INTERRUPT_MASK_FROM_ISR(mask) ((void)(mask))
+#define xPortSysTickHandler() ((void)0) /* the bench has its own */
 #define taskENTER_CRITICAL_FROM_ISR() 0U
 #define taskEXIT_CRITICAL_FROM_ISR(mask) ((void)(mask))
 void vTaskSuspendAll(void);
@@ -48,6 +61,7 @@ BaseType_t xTaskNotify(TaskHandle_t task, uint32_t value, eNotifyAction action);
 BaseType_t xTaskNotifyFromISR(TaskHandle_t task, uint32_t value, eNotifyAction action, BaseType_t *wanted);
 BaseType_t xTaskNotifyWait(uint32_t clear_before, uint32_t clear_after, uint32_t *value, TickType_t ticks);
 BaseType_t xTaskNotifyStateClear(TaskHandle_t task);
+uint32_t ulTaskNotifyValueClear(TaskHandle_t task, uint32_t bits);
 uint32_t ulTaskNotifyTake(BaseType_t clear, TickType_t ticks);
 
 #ifdef __cplusplus

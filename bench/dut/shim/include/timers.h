@@ -9,6 +9,7 @@ extern "C" {
 #endif
 
 typedef struct wb_timer *TimerHandle_t;
+typedef TimerHandle_t xTimerHandle;
 typedef void (*TimerCallbackFunction_t)(TimerHandle_t timer);
 
 TimerHandle_t xTimerCreate(const char *name, TickType_t period, BaseType_t again, void *id, TimerCallbackFunction_t call);
@@ -22,7 +23,10 @@ BaseType_t xTimerDelete(TimerHandle_t timer, TickType_t ticks);
 #define xTimerStopFromISR(timer, wanted) ((void)(wanted), xTimerStop(timer, 0))
 #define xTimerResetFromISR(timer, wanted) ((void)(wanted), xTimerReset(timer, 0))
 BaseType_t xTimerIsTimerActive(TimerHandle_t timer);
+#define xTimerChangePeriodFromISR(timer, period, wanted) ((void)(wanted), xTimerChangePeriod(timer, period, 0))
 void *pvTimerGetTimerID(TimerHandle_t timer);
+void vTimerSetTimerID(TimerHandle_t timer, void *id);
+TickType_t xTimerGetPeriod(TimerHandle_t timer);
 
 #ifdef __cplusplus
 }
