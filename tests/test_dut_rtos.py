@@ -601,24 +601,29 @@ def test_pools_states_and_locks_of_version_2_and_what_it_says_to_nobody(tmp_path
     }
     static void says(void *unused) {
         osTimerId_t timer = osTimerNew(never, osTimerPeriodic, NULL, NULL);
-        if (osKernelGetState() == osKernelRunning && osKernelLock() == 0 && osKernelGetState() == osKernelLocked) put(0x20);
+        if (osKernelGetState() == osKernelRunning && osKernelLock() == 0
+            && osKernelGetState() == osKernelLocked) put(0x20);
         if (osKernelLock() == 1 && osKernelUnlock() == 1 && osKernelRestoreLock(0) == 0) put(0x21);
         osDelay(2);
         if (osMemoryPoolGetCount(pool) == 2 && osMemoryPoolGetSpace(pool) == 0) put(0x22);
-        if (osMemoryPoolFree(pool, "") == osErrorParameter && osMemoryPoolFree(NULL, blocks[0]) == osErrorParameter) put(0x23);
+        if (osMemoryPoolFree(pool, "") == osErrorParameter
+            && osMemoryPoolFree(NULL, blocks[0]) == osErrorParameter) put(0x23);
         osMemoryPoolFree(pool, blocks[0]);                                /* the other has it, and is suspended */
         if (osThreadGetState(high) == osThreadBlocked && osThreadGetPriority(high) == osPriorityHigh1) put(0x24);
         osThreadSetPriority(high, osPriorityLow);
         osThreadResume(high);
         put(0x25);
         osDelay(1);
-        if (osMemoryPoolFree(pool, blocks[1]) == osOK && osMemoryPoolFree(pool, blocks[1]) == osErrorResource) put(0x26);
+        if (osMemoryPoolFree(pool, blocks[1]) == osOK
+            && osMemoryPoolFree(pool, blocks[1]) == osErrorResource) put(0x26);
         if (osTimerStart(timer, 1) == osOK && osTimerIsRunning(timer) && osTimerStop(timer) == osOK) put(0x27);
         if (osTimerStop(timer) == osErrorResource && osTimerDelete(timer) == osOK) put(0x28);
         osDelay(2);
         if (osThreadSuspend(NULL) + osThreadTerminate(NULL) + osTimerStart(NULL, 1) == 3 * osErrorParameter) put(0x30);
-        if (osMutexAcquire(NULL, 0) + osSemaphoreAcquire(NULL, 0) + osMutexRelease(NULL) == 3 * osErrorParameter) put(0x31);
-        if (osMessageQueuePut(NULL, "", 0, 0) == osErrorParameter && osEventFlagsSet(NULL, 1) == osFlagsErrorParameter) put(0x32);
+        if (osMutexAcquire(NULL, 0) + osSemaphoreAcquire(NULL, 0) + osMutexRelease(NULL)
+            == 3 * osErrorParameter) put(0x31);
+        if (osMessageQueuePut(NULL, "", 0, 0) == osErrorParameter
+            && osEventFlagsSet(NULL, 1) == osFlagsErrorParameter) put(0x32);
         osMessageQueueId_t queue = osMessageQueueNew(3, 2, NULL);
         osMessageQueuePut(queue, "ab", 0, 0);
         if (osMessageQueueGetCapacity(queue) == 3 && osMessageQueueGetSpace(queue) == 2) put(0x33);
