@@ -1,6 +1,7 @@
 """What no robot can be is refused at its file with one sentence; what no current can be is contained, and flagged."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from bases import m2006
@@ -9,6 +10,7 @@ from bench.check.sources import from_source
 from bench.check.summary import Summary
 from bench.config import ROBOTS_DIR, ConfigError, load_robot, robot_names
 from bench.plant import Plant
+from bench.scenarios import prepare
 from bench.world import SimulatedMotors
 
 
@@ -27,6 +29,11 @@ from bench.world import SimulatedMotors
         ("resistance_ohm", "0.0", "motor.resistance_ohm: expected a positive number, got 0.0"),
         ("torque_nm_per_a", "-0.18", "motor.torque_nm_per_a: expected a positive number, got -0.18"),
         ("speed_filter_ms", "1e300", "motor.speed_filter_ms: expected 0 to 10000, got 1e+300"),
+        ("viscous_nms", "1e300", "motor.viscous_nms: expected 1e-09 to 100000, got 1e+300"),
+        ("supply_v", "1e-300", "motor.supply_v: expected 0.1 to 10000, got 1e-300"),
+        ("linear_mps", "1e300", "limits.linear_mps: expected 0.001 to 100, got 1e+300"),
+        ("gear", "1e-9", "wheel[0].gear: expected 0.01 to 10000, got 1e-09"),
+        ("max_current_a", "15.0", "motor.max_current_a: a C610 is told 10 A at most, got 15"),
     ],
 )
 def test_an_impossible_robot_file_is_refused_with_file_and_key(tmp_path, key, value, sentence):
@@ -36,6 +43,46 @@ def test_an_impossible_robot_file_is_refused_with_file_and_key(tmp_path, key, va
     with pytest.raises(ConfigError) as refusal:
         load_robot(path)
     assert str(refusal.value) == f"{path}: {sentence}"
+
+
+NAN, INF = math.nan, math.inf
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value", "sentence"),
+    [
+        ("body", "mass_kg", NAN, "body.mass_kg: expected a finite number, got nan"),
+        ("body", "mass_kg", 0.0, "body.mass_kg: expected a positive number, got 0.0"),
+        ("body", "inertia_kgm2", INF, "body.inertia_kgm2: expected a finite number, got inf"),
+        ("body", "cog_height_m", NAN, "body.cog_height_m: expected a finite number, got nan"),
+        ("ground", "grip", NAN, "ground.grip: expected a finite number, got nan"),
+        ("ground", "grip", -1.0, "ground.grip: expected a positive number, got -1.0"),
+        ("ground", "rolling", -1.0, "ground.rolling: expected a positive number, got -1.0"),
+        ("motor", "load_friction", 1.5, "motor.load_friction: expected less than 1, got 1.5"),
+        ("control", "kp_a_per_radps", NAN, "control.kp_a_per_radps: expected a finite number, got nan"),
+        ("limits", "current_a", 12.0, "limits.current_a: 12.0 A is above motor.max_current_a"),
+        ("wheel", "radius_m", 0.0, "wheel[0].radius_m: expected a positive number, got 0.0"),
+        ("wheel", "radius_m", NAN, "wheel[0].radius_m: expected a positive number, got nan"),
+        ("wheel", "x_m", NAN, "wheel[0].x_m: expected a finite number, got nan"),
+        ("wheel", "can_id", 9, "wheel[0].can_id: expected 1 to 8 as printed on the ESC, got 9"),
+        ("wheel", "roller_rad", math.pi / 2, "wheel[0].roller_deg: a roller axis across the wheel cannot drive"),
+        ("motor", "kind", "dm3519", "dm3519: the table [dm3519] is missing"),
+        ("forward", "travel", NAN, "rc: forward.travel: expected a positive number"),
+    ],
+)
+def test_an_impossible_robot_made_in_python_is_refused_at_the_same_door(table, key, value, sentence):
+    """Where it is let in, a mass that is no number ends Python with it, and a grip that is none drives on."""
+    robot = load_robot("m2006")
+    if table == "wheel":
+        first, *rest = robot.wheels
+        changed = replace(robot, wheels=(replace(first, **{key: value}), *rest))
+    elif table == "forward":
+        changed = replace(robot, rc=replace(robot.rc, forward=replace(robot.rc.forward, **{key: value})))
+    else:
+        changed = replace(robot, **{table: replace(getattr(robot, table), **{key: value})})
+    with pytest.raises(ConfigError) as refusal:
+        prepare(robot=changed, seconds=0.1)
+    assert str(refusal.value).startswith(f"robot 'm2006': {sentence}")
 
 
 def test_a_wheel_too_light_for_its_back_emf_is_refused(tmp_path):

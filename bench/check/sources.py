@@ -30,6 +30,7 @@ from bench.check.scenario import Scenario, load_scenario
 from bench.config import (
     ConfigError,
     Robot,
+    check_robot,
     load_profile,
     load_robot,
     profile_names,
@@ -117,8 +118,11 @@ def run_of(
     odometry: str | None = None,
     arena: str | Path | None = None,
 ) -> Run:
-    """The run that a scenario describes. A robot made in Python and a maker of bases go in as they are."""
+    """The run that a scenario describes. A robot made in Python is held to what a file is, and a maker of bases goes in
+    as it is.
+    """
     if isinstance(robot, Robot):
+        check_robot(f"robot {robot.name!r}", robot)
         built = robot if profile is None else replace(robot, rc=load_profile(profile))
     else:
         built = robot_of(scenario, robot, profile)

@@ -9,6 +9,7 @@ to check again. Degrees exist only in the files; from here on angles are radians
     files    where they lie, tables -> values            checks   whether the whole can be
 """
 
+from bench.config.checks import check_robot
 from bench.config.files import (
     PROFILES_DIR,
     ROBOTS_DIR,
@@ -69,6 +70,7 @@ __all__ = [
     "SlamwareSettings",
     "Table",
     "Wheel",
+    "check_robot",
     "load_profile",
     "load_robot",
     "nearest",

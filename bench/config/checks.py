@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
 from bench.config.table import ConfigError, nearest
 from bench.config.values import (
     CONTROL_KINDS,
+    DM3519_CHOICES,
     MOTOR_KINDS,
     ODOMETRY_FORMS,
     ON_COMMAND_LOSS,
@@ -18,17 +20,19 @@ from bench.config.values import (
     Motor,
     Profile,
     Robot,
+    Wheel,
 )
 from bench.messages import TICK_US
 
 MOST_ROTOR_RPM = 30_000
 """Half a turn between two reports, which come once a millisecond."""
+MOST_C610_A = 10.0
+"""Of a command frame, which counts milliamperes from -10,000 to 10,000 (docs/c610.md)."""
 MOST_BINARY_CONFIGURATION_BYTES = 1019
 """In a long frame that a core's buffer of 1024 bytes takes."""
 
 MOST_BODIES = 10
 """Radii of its body that a wheel may be large, or away: beyond it somebody has written millimetres or inches."""
-
 _MAY_BE_ZERO = {"rolling", "coulomb_nm", "load_friction", "current_lag_ms", "speed_filter_ms", "ki_a_per_rad"}
 _MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
 
@@ -40,9 +44,26 @@ _SANE = {
     "body.cog_height_m": (0.0, 100.0),
     "ground.grip": (1e-3, 100.0),
     "ground.rolling": (0.0, 10.0),
+    "motor.torque_nm_per_a": (1e-6, 1e4),
+    "motor.coulomb_nm": (0.0, 1e5),
+    "motor.viscous_nms": (1e-9, 1e5),
+    "motor.inertia_kgm2": (1e-9, 1e5),
+    "motor.resistance_ohm": (1e-4, 1e4),
+    "motor.back_emf_vs": (1e-6, 1e4),
+    "motor.supply_v": (0.1, 1e4),
+    "motor.max_current_a": (1e-3, 1e3),
     "motor.current_lag_ms": (0.0, 1e4),
     "motor.speed_filter_ms": (0.0, 1e4),
+    "limits.current_a": (1e-3, 1e3),
+    "limits.linear_mps": (1e-3, 100.0),
+    "limits.angular_radps": (1e-3, 1e3),
+    "limits.wheel_radps": (1e-3, 1e4),
+    "limits.linear_acceleration_mps2": (1e-3, 1e4),
+    "limits.angular_acceleration_radps2": (1e-3, 1e5),
+    "control.kp_a_per_radps": (1e-9, 1e6),
+    "control.ki_a_per_rad": (0.0, 1e6),
 }
+_SANE_OF_A_WHEEL = {"radius_m": (1e-4, 100.0), "gear": (0.01, 1e4)}
 """Far beyond any robot: what lies outside is a slip of the keyboard, and arithmetic would suffer."""
 
 
@@ -52,15 +73,18 @@ def _least_inertia_kgm2(motor: Motor) -> float:
     return 1e-6 * TICK_US * torque_nm_per_a * motor.back_emf_vs / (2.0 * motor.resistance_ohm)
 
 
-def check_robot(path: Path, robot: Robot) -> None:
-    """Raise ConfigError where this robot cannot be built, stand, move or be driven."""
+def check_robot(where: Path | str, robot: Robot) -> None:
+    """Raise ConfigError where this robot cannot be built, stand, move or be driven.
+
+    `where` begins the sentence: the robot's file, or what else somebody calls a robot that was made in Python.
+    """
     # Imported here: kinematics builds on this package, and only a whole robot can be singular.
     from bench.ground.loads import load_rows
     from bench.kinematics import Kinematics, if_rollers_leaned_the_other_way
     from bench.slamware.payloads import Identity, identity_answer
 
     def fail(key: str, what: str) -> ConfigError:
-        return ConfigError(f"{path}: {key}: {what}")
+        return ConfigError(f"{where}: {key}: {what}")
 
     for table in ("body", "ground", "motor", "limits", "control", "link", "slamware"):
         part = getattr(robot, table)
@@ -68,6 +92,8 @@ def check_robot(path: Path, robot: Robot) -> None:
             value = getattr(part, item.name)
             if isinstance(value, bool) or not isinstance(value, int | float):
                 continue
+            if not math.isfinite(value):
+                raise fail(f"{table}.{item.name}", f"expected a finite number, got {value}")
             if value < 0 or (value == 0 and item.name not in _MAY_BE_ZERO):
                 raise fail(f"{table}.{item.name}", f"expected a positive number, got {value}")
     for key, (lowest, highest) in _SANE.items():
@@ -77,6 +103,8 @@ def check_robot(path: Path, robot: Robot) -> None:
             raise fail(key, f"expected {lowest:g} to {highest:g}, got {value:g}")
     if len(robot.wheels) < 3:
         raise fail("wheel", f"an omni base needs at least three wheels, got {len(robot.wheels)}")
+    _check_wheels(where, "wheel", robot.wheels)
+    _check_wheels(where, "dead_wheel", robot.dead_wheels)
     for wheel in robot.wheels:
         rotor_rpm = robot.limits.wheel_radps * wheel.gear * 30.0 / math.pi
         if rotor_rpm > MOST_ROTOR_RPM:
@@ -101,6 +129,7 @@ def check_robot(path: Path, robot: Robot) -> None:
             raise fail(f"wheel.{key}", f"{twice[0]!r} is given to more than one wheel")
     if robot.motor.kind not in MOTOR_KINDS:
         raise fail("motor.kind", f"{robot.motor.kind!r} is unknown{nearest(robot.motor.kind, list(MOTOR_KINDS))}")
+    _check_currents(where, robot)
     reactions = ON_COMMAND_LOSS[robot.motor.kind]
     if robot.motor.on_command_loss not in reactions:
         known = " or ".join(map(repr, reactions))
@@ -114,8 +143,6 @@ def check_robot(path: Path, robot: Robot) -> None:
             f"expected at least {lightest:.2g} with this torque constant, back-EMF and resistance, got "
             f"{robot.motor.inertia_kgm2:g}: back-EMF would turn so light a wheel round within a millisecond",
         )
-    if robot.limits.current_a > robot.motor.max_current_a:
-        raise fail("limits.current_a", f"{robot.limits.current_a} A is above motor.max_current_a")
     if robot.link.hold_ms >= robot.link.disarm_ms:
         raise fail("link.hold_ms", f"{robot.link.hold_ms} ms must be less than link.disarm_ms")
     try:
@@ -128,7 +155,10 @@ def check_robot(path: Path, robot: Robot) -> None:
         load_rows(robot.wheels, robot.body.mass_kg, robot.body.cog_height_m)
     except ValueError as error:
         raise fail("wheel", str(error)) from None
-    _check_dead_wheels(path, robot)
+    _check_dead_wheels(where, robot)
+    _check_gyro(where, robot)
+    if robot.rc is not None:
+        check_profile(f"{where}: rc", robot.rc)
     if robot.control.kind not in CONTROL_KINDS:
         raise fail(
             "control.kind", f"{robot.control.kind!r} is unknown{nearest(robot.control.kind, list(CONTROL_KINDS))}"
@@ -156,7 +186,71 @@ def check_robot(path: Path, robot: Robot) -> None:
         raise fail("slamware.binary_configuration", f"expected at most {most} bytes, got {len(blob)}")
 
 
-def _check_dead_wheels(path: Path, robot: Robot) -> None:
+def _check_wheels(where: Path | str, table: str, wheels: Sequence[Wheel]) -> None:
+    """Each wheel by itself, driven or dead."""
+    for number, wheel in enumerate(wheels):
+
+        def fail(key: str, what: str, number: int = number) -> ConfigError:
+            return ConfigError(f"{where}: {table}[{number}].{key}: {what}")
+
+        if wheel.direction not in (1, -1):
+            raise fail("direction", f"expected 1 or -1, got {wheel.direction}")
+        if wheel.can_id not in range(1, 9):
+            raise fail("can_id", f"expected 1 to 8 as printed on the ESC, got {wheel.can_id}")
+        for key, (least, most) in _SANE_OF_A_WHEEL.items():
+            value = getattr(wheel, key)
+            if not value > 0.0:
+                raise fail(key, f"expected a positive number, got {value}")
+            if not least <= value <= most:
+                raise fail(key, f"expected {least:g} to {most:g}, got {value:g}")
+        for key in ("x_m", "y_m", "heading_rad", "roller_rad"):
+            value = getattr(wheel, key)
+            if not math.isfinite(value):
+                raise fail(key, f"expected a finite number, got {value}")
+        if abs(math.cos(wheel.roller_rad)) < 1e-3:
+            raise fail("roller_deg", "a roller axis across the wheel cannot drive; expected less than 90 degrees")
+
+
+def _check_currents(where: Path | str, robot: Robot) -> None:
+    """What the motor's wire can say, and that nothing asks for more."""
+
+    def fail(key: str, what: str) -> ConfigError:
+        return ConfigError(f"{where}: {key}: {what}")
+
+    motor, chosen = robot.motor, robot.dm3519
+    if motor.kind == "c610":
+        if chosen is not None:
+            raise fail("dm3519", f"this table is for motor.kind = 'dm3519'; the file has {motor.kind!r}")
+        if motor.max_current_a > MOST_C610_A:
+            raise fail("motor.max_current_a", f"a C610 is told {MOST_C610_A:g} A at most, got {motor.max_current_a:g}")
+    else:
+        if chosen is None:
+            raise fail("dm3519", "the table [dm3519] is missing")
+        if not 20.0 <= chosen.full_scale_a <= 20.5:
+            raise fail("dm3519.full_scale_a", f"expected 20 to 20.5 A, got {chosen.full_scale_a}")
+        for key, choices in DM3519_CHOICES.items():
+            value = getattr(chosen, key)
+            if value not in choices:
+                raise fail(f"dm3519.{key}", f"{value!r} is unknown{nearest(value, list(choices))}")
+        if motor.max_current_a > chosen.full_scale_a:
+            raise fail("motor.max_current_a", f"{motor.max_current_a} A is above dm3519.full_scale_a")
+    if robot.limits.current_a > motor.max_current_a:
+        raise fail("limits.current_a", f"{robot.limits.current_a} A is above motor.max_current_a")
+
+
+def _check_gyro(where: Path | str, robot: Robot) -> None:
+    gyro = robot.gyro
+    if gyro is None:
+        return
+    if gyro.can_id not in range(1, 9):
+        raise ConfigError(f"{where}: gyro.can_id: expected 1 to 8, got {gyro.can_id}")
+    if not 0.0 <= gyro.rate_noise_radps < math.inf:
+        raise ConfigError(f"{where}: gyro.rate_noise_degps: expected 0 or more")
+    if not math.isfinite(gyro.bias_radps):
+        raise ConfigError(f"{where}: gyro.bias_degps: expected a finite number, got {gyro.bias_radps}")
+
+
+def _check_dead_wheels(where: Path | str, robot: Robot) -> None:
     """An encoder answers on 0x200 + can_id as an ESC does, so nobody may have another's number."""
     from bench.kinematics import Kinematics
 
@@ -164,10 +258,10 @@ def _check_dead_wheels(path: Path, robot: Robot) -> None:
     names = set(owners.values())
     for wheel in robot.dead_wheels:
         if wheel.name in names:
-            raise ConfigError(f"{path}: dead_wheel.name: {wheel.name!r} is given to more than one wheel")
+            raise ConfigError(f"{where}: dead_wheel.name: {wheel.name!r} is given to more than one wheel")
         if wheel.can_id in owners:
             raise ConfigError(
-                f"{path}: dead_wheel.can_id: {wheel.can_id} of {wheel.name!r} is taken by {owners[wheel.can_id]!r}; "
+                f"{where}: dead_wheel.can_id: {wheel.can_id} of {wheel.name!r} is taken by {owners[wheel.can_id]!r}; "
                 "wheels and dead wheels share the numbers 1 to 8"
             )
         names.add(wheel.name)
@@ -178,15 +272,15 @@ def _check_dead_wheels(path: Path, robot: Robot) -> None:
             Kinematics(robot.dead_wheels)
         except ValueError:
             raise ConfigError(
-                f"{path}: dead_wheel: cannot tell x, y and yaw apart (singular layout); turn or move one of them"
+                f"{where}: dead_wheel: cannot tell x, y and yaw apart (singular layout); turn or move one of them"
             ) from None
 
 
-def check_profile(path: Path, profile: Profile) -> None:
+def check_profile(where: Path | str, profile: Profile) -> None:
     """Raise ConfigError where this profile cannot be a transmitter's."""
 
     def fail(key: str, what: str) -> ConfigError:
-        return ConfigError(f"{path}: {key}: {what}")
+        return ConfigError(f"{where}: {key}: {what}")
 
     if profile.protocol not in PROTOCOLS:
         raise fail("protocol", f"{profile.protocol!r} is unknown{nearest(profile.protocol, list(PROTOCOLS))}")
@@ -205,7 +299,7 @@ def check_profile(path: Path, profile: Profile) -> None:
     if profile.frozen_ms < 0:
         raise fail("frozen_ms", f"expected 0 (off) or more, got {profile.frozen_ms}")
     for name in ("forward", "right", "clockwise"):
-        if getattr(profile, name).travel <= 0:
+        if not 0 < getattr(profile, name).travel < math.inf:
             raise fail(f"{name}.travel", "expected a positive number; use reversed = true to turn a stick round")
     # Imported here: the codecs build on this package's neighbours, and only a whole profile names channels.
     from bench.rc_decode import channel_limits
