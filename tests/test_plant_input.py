@@ -10,7 +10,7 @@ from bench.check.sources import from_source
 from bench.check.summary import Summary
 from bench.config import ROBOTS_DIR, ConfigError, load_robot, robot_names
 from bench.plant import Plant
-from bench.scenarios import prepare
+from bench.scenarios import prepare, run
 from bench.world import SimulatedMotors
 
 
@@ -121,6 +121,22 @@ def test_a_run_says_that_currents_were_no_numbers(tmp_path):
     job.bench.world.plant.step((math.nan, 0.0, math.inf))
     assert summary.facts(job)["bad_currents"] == 2
     assert any("2 commanded currents were no finite number" in line for line in summary.lines(job))
+
+
+@pytest.mark.parametrize(("cog_height_m", "lifts"), [(0.035, False), (0.3, True)])
+def test_a_run_says_that_a_wheel_would_have_left_the_floor(cog_height_m, lifts):
+    """Sideways at 2 (6.234 N)(0.061 m sin 75)/(m h): 13 m/s2 for m2006 as it is, above its grip; at 0.3 m, 1.5 m/s2."""
+    robot = load_robot("m2006")
+    tall = replace(robot, body=replace(robot.body, cog_height_m=cog_height_m))
+    drive = {"seconds": 1.5, "stick": [{"at_s": 0.1, "aux1": True}, {"at_s": 0.2, "left": 1.0}, {"at_s": 1.0}]}
+    job = prepare(robot=tall, **drive)
+    summary = Summary(len(robot.wheels))
+    for out in job:
+        summary.add(out)
+    assert ("wheel_lift_s" in summary.facts(job)) == lifts
+    assert any("a wheel would have left the floor for" in line for line in summary.lines(job)) == lifts
+    again = run(robot=tall, **drive).summary  # in blocks
+    assert again.get("wheel_lift_s") == summary.facts(job).get("wheel_lift_s")
 
 
 def test_wrong_calls_are_refused():

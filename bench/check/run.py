@@ -49,6 +49,9 @@ class Run:
     """What the scenario says of itself."""
     scenario: bytes | None = None
     """Its text goes into the recording where it says what the other files do not: faults, expectations, checks."""
+    lifted_ticks: int = 0
+    """In so many a wheel would have left the floor: the plant has no robot that tips, and its motion is a guess."""
+    first_lift_tick: int = -1
 
     def recorder(self, directory: Path | str, *, overwrite: bool = False) -> Recorder:
         """A recorder for this run's ticks. Raises RecordingError where the place cannot be written."""
@@ -79,17 +82,20 @@ class Run:
 
     def __iter__(self) -> Iterator[TickOutput]:
         """Every tick of the run, in order."""
-        run_tick, inputs = self._run_tick(), self.inputs
+        run_tick, inputs, plant = self._run_tick(), self.inputs, self.bench.world.plant
         with at_full_speed(self.bench.base):
             for tick in range(self.ticks):
-                yield run_tick(inputs(tick))
+                out = run_tick(inputs(tick))
+                if plant.wheel_lift:
+                    self._lifts(tick)
+                yield out
 
     def blocks(self) -> Iterator[list[TickOutput]]:
         """The same, `BLOCK_TICKS` at a time: what follows a run costs a third of tick by tick then.
 
         Where a tick raises an error, the ones before it come first.
         """
-        run_tick, inputs = self._run_tick(), self.inputs
+        run_tick, inputs, plant = self._run_tick(), self.inputs, self.bench.world.plant
         block: list[TickOutput] = []
         try:
             with at_full_speed(self.bench.base):
@@ -97,10 +103,17 @@ class Run:
                     block = []
                     for tick in range(start, min(start + BLOCK_TICKS, self.ticks)):
                         block.append(run_tick(inputs(tick)))
+                        if plant.wheel_lift:
+                            self._lifts(tick)
                     yield block
         except Exception:
             yield block
             raise
+
+    def _lifts(self, tick: int) -> None:
+        if not self.lifted_ticks:
+            self.first_lift_tick = tick
+        self.lifted_ticks += 1
 
     def _run_tick(self) -> Callable[[TickInput], TickOutput]:
         """The bench's tick; faults that wait for a condition see what came of it."""

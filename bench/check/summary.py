@@ -107,6 +107,7 @@ class Summary:
             **({"wires": timing.facts(self.ticks)} if (timing := run.bench.world.timing) else {}),
             **({"output": said} if (said := _said(run)) else {}),
             **({"bad_currents": bad} if (bad := run.bench.world.plant.bad_currents) else {}),
+            **({"wheel_lift_s": run.lifted_ticks / 1000.0} if run.lifted_ticks else {}),
         }
 
     def lines(self, run: Run) -> list[str]:
@@ -170,6 +171,12 @@ def _trouble(run: Run) -> Iterator[str]:
     bad = run.bench.world.plant.bad_currents
     if bad:
         yield f"plant     {bad} commanded currents were no finite number; each was taken for 0 A"
+    if run.lifted_ticks:
+        yield (
+            f"plant     a wheel would have left the floor for {run.lifted_ticks / 1000:.3f} s, first at"
+            f" {run.first_lift_tick / 1000:.3f} s: the motion from there on is a guess; accelerate it less, or lower"
+            " its centre of gravity"
+        )
     findings = run.bench.bus_findings
     if findings:
         yield f"bus       {len(findings)} finding{'s' * (len(findings) > 1)}; the newest: {findings[-1]}"
