@@ -597,6 +597,7 @@ def edited_robot(tmp_path, old, new):
         ("hold_ms = 100", "hold_ms = 600", "link.hold_ms"),
         ('kind = "c610"', 'kind = "c620"', "did you mean c610?"),
         ('rc = "uart12"', 'rc = "uart21"', "rc: no profile is called 'uart21'; did you mean uart12?"),
+        ('rc = "uart12"', 'rc = "mine.toml"', "mine.toml: there is no such file; it is looked for beside the robot's"),
         ("schema = 1", "schema = 2", "schema: expected 1"),
         ("[limits]", "[limits", "is not valid TOML"),
     ],
@@ -617,6 +618,11 @@ def test_a_robot_with_a_wheel_missing_is_refused(call, tmp_path):
     path.write_text(text[:start] + text[text.index("[body]") :])
     status, _, err = call("kin", path)
     assert (status, "at least three wheels, got 2" in err) == (2, True)
+
+
+def test_a_robot_without_load_transfer_is_one(call, tmp_path):
+    """As its range says: with its centre of gravity on the floor no acceleration moves load."""
+    assert call("kin", edited_robot(tmp_path, "cog_height_m = 0.035", "cog_height_m = 0"))[0] == 0
 
 
 def test_a_users_own_robot_file_drives(call, tmp_path):

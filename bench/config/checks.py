@@ -33,7 +33,15 @@ MOST_BINARY_CONFIGURATION_BYTES = 1019
 
 MOST_BODIES = 10
 """Radii of its body that a wheel may be large, or away: beyond it somebody has written millimetres or inches."""
-_MAY_BE_ZERO = {"rolling", "coulomb_nm", "load_friction", "current_lag_ms", "speed_filter_ms", "ki_a_per_rad"}
+_MAY_BE_ZERO = {
+    "cog_height_m",
+    "rolling",
+    "coulomb_nm",
+    "load_friction",
+    "current_lag_ms",
+    "speed_filter_ms",
+    "ki_a_per_rad",
+}
 _MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
 
 

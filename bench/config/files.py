@@ -76,6 +76,8 @@ def load_robot(name_or_path: str | Path, profile: str | Path | None = None) -> R
     if profile is None and rc is not None:
         try:
             profile = profile_path(_beside(path, rc))
+            if not profile.exists():
+                raise ConfigError(f"{profile}: there is no such file; it is looked for beside the robot's")
         except ConfigError as error:
             raise data.fail("rc", str(error)) from None
     robot = Robot(
