@@ -267,6 +267,34 @@ def test_a_pulled_cable_stops_everything_until_somebody_arms_again(tmp_path):
     both.parts[0].close()
 
 
+def test_why_motors_stand_still_under_a_base_that_is_armed_is_told_until_it_is_armed_anew(tmp_path):
+    """An operator who is silent for less than half a second does not disarm the base, and stops the motors."""
+    again = AGAIN.format(at_s=1) + AGAIN.format(at_s=2)  # the first press disarms
+    bench = ByHand(scenario(tmp_path, 60.0, again), "motors", can="can:virtual:roles-held")
+    escs = EscsOnBus(M2006, open_can("escs", "can:virtual:roles-held"))
+    bench.run(escs, 1000)
+    assert escs.motors.plant.twist.vx_mps > 0.1
+    assert bench.rig.missing == ()
+    bench.rig.watch_operator(1000, silent=True)
+    bench.run(escs, 300)
+    bench.rig.watch_operator(1300, silent=False)
+    bench.run(escs, 500)
+    assert bench.bench.base.drive.armed
+    assert escs.motors.plant.twist.vx_mps == pytest.approx(0.0, abs=1e-3)
+    assert bench.rig.missing == ("real motors are held at zero: disarm and arm again to go on",)
+    bench.run(escs, 200)
+    assert (bench.bench.base.drive.armed, bench.rig.missing) == (False, ())
+    bench.run(escs, 1500)
+    assert bench.rig.missing == ()
+    assert escs.motors.plant.twist.vx_mps > 0.1
+    assert [text for _, text in bench.rig.notices] == [
+        "the operator is silent: zero until that changes",
+        "the operator is back; arm again to go on",
+    ]
+    bench.rig.close()
+    escs.close()
+
+
 class Quiet:
     def step(self, tick):
         pass
@@ -643,10 +671,12 @@ def test_a_screen_drives_real_motors_and_leaves_them_at_rest(tmp_path, adapter):
         adapter.step()
 
     def drive():
-        """Arm and push, as a person does: again where the machine stood still and the link was lost meanwhile."""
+        """Arm and push, as a person does: again where the machine stood still and the link was lost meanwhile, or
+        real motors are held, as this process was silent.
+        """
         nonlocal heeded_tick
         now = link.latest()
-        if now.armed:
+        if now.armed and not link.missing:
             session.key("w")
         elif now.tick > heeded_tick:  # a second press before the first is heeded would disarm
             session.key("enter")

@@ -19,6 +19,7 @@ from bench.rc.line import USUAL
 SILENT = TickInput(b"", ZERO_TWIST)
 """What enters while something is missing: no transmitter, and a core that wants to stand."""
 CLOSING_FRAMES = 3
+HELD = "real motors are held at zero: disarm and arm again to go on"
 
 
 class OutBus:
@@ -81,7 +82,9 @@ class Rig:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The ports that are lost now, and why."""
+        """The ports that are lost now, and why; or that motors stand still under a base that is armed."""
+        if self.holds_zero and not self.is_silent and self.is_armed():
+            return (HELD,)
         return tuple(f"{self.ports[index].name}: {why}" for index, why in self._lost.items())
 
     def gated(self, inputs: Callable[[int], TickInput]) -> Callable[[int], TickInput]:
@@ -116,6 +119,13 @@ class Rig:
             elif self.holds_zero and not self.is_armed():
                 self.holds_zero = False
 
+    def watch_operator(self, tick: int, silent: bool) -> None:
+        """Whether the operator has said nothing for too long."""
+        if silent != self.operator_silent:
+            self.operator_silent = silent
+            what = f"is back{self._again}" if not silent else "is silent: zero until that changes"
+            self.notices.append((tick, f"the operator {what}"))
+
     def flush(self) -> None:
         """Let what is waiting go."""
         for bus in self.buses:
@@ -139,8 +149,11 @@ class Rig:
             port.close()
 
     def _back(self, tick: int, port: SerialPort | CanPort) -> None:
-        again = "; arm again to go on" if self.limiter is not None else ""
-        self.notices.append((tick, f"{port.name}: back{again}"))
+        self.notices.append((tick, f"{port.name}: back{self._again}"))
+
+    @property
+    def _again(self) -> str:
+        return "; arm again to go on" if self.limiter is not None else ""
 
     def serial(self, name: str, address: str, protocol: str | None = None) -> SerialPort | None:
         """Open a serial line of this rig; None for `sim:`."""

@@ -162,19 +162,12 @@ class _Loop:
         self._every_look()
         at_ns = now_ns()
         if self._rig is not None:
-            self._watch_operator(self._rig, at_ns)
+            self._rig.watch_operator(tick, at_ns - self._beat_ns > OPERATOR_SILENCE_NS)
             self._send_notices(self._rig)
         if at_ns - self._state_ns >= STATE_NS:
             self._state_ns = at_ns
             self._send_state()
         return self._stop
-
-    def _watch_operator(self, rig: Rig, at_ns: int) -> None:
-        silent = at_ns - self._beat_ns > OPERATOR_SILENCE_NS
-        if silent != rig.operator_silent:
-            rig.operator_silent = silent
-            what = "the operator is silent: zero until that changes" if silent else "the operator is back"
-            rig.notices.append((self.tick, what))
 
     def _send_notices(self, rig: Rig) -> None:
         notices, rig.notices = rig.notices, []
