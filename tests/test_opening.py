@@ -57,6 +57,7 @@ def stands_where_it_will(opening, scene):
             assert {len(plain(line)) for line in lines} == {place.width}
         whole = [plain(line) for line in opening.whole(*size)]
         assert {len(line) for line in whole} == {size[0]}
+        assert not any("…" in line for line in whole), "it says no more than there is room for"
         for place, lines in opened.values():
             across = slice(place.x, place.x + place.width)
             assert [line[across] for line in whole[place.y : place.y + len(lines)]] == [plain(line) for line in lines]

@@ -8,11 +8,12 @@ from functools import lru_cache
 from pathlib import Path
 
 import pytest
-from desk import AGREE, LAMPS, LOST_LINK, M2006, SCENE, WIRES, armed, scene
+from desk import AGREE, LAMPS, LOST_LINK, M2006, SCENE, TABLE, WIRES, armed, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import bench.screen
+from bench.config import load_robot
 from bench.messages import BodyTwist, Pose, RcFrame
 from bench.screen import text
 from bench.screen.canvas import Canvas
@@ -29,7 +30,7 @@ from bench.screen.pages import (
     SEE_KEYS,
     SIGNS,
 )
-from bench.screen.palette import WORK_KEYS
+from bench.screen.palette import ACTIONS, WORK_KEYS
 from bench.screen.panel import STYLES
 from bench.screen.scene import Hands, Menu, Pace, Replay, Shown
 from bench.screen.view import PANELS, draw, picture, places
@@ -690,3 +691,100 @@ def test_the_foot_offers_what_there_is_room_for_and_cuts_nothing(width, driven, 
     assert "…" not in foot
     assert ("go on" in foot or "P on" in foot) is pace.paused
     assert ("G " in foot) is (pace.paused and pace.goes_back and width > 60 - 30 * (not driven))
+
+
+# --- what a person at a desk stumbled over ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_the_columns_of_the_wires_stand_still_while_they_are_held(width):
+    free, held = (picture(scene(shown=Shown("wires", held=one)), width, 24)[2] for one in (False, True))
+    assert free.startswith(" id       what")
+    assert held.startswith(free)
+    assert re.search(r"  HELD ( at 12.345 s, )?H lets go$", held)
+    assert (" at 12.345 s" in held) is (width > 60)
+
+
+INVERTED = TABLE._replace(sums=(TABLE.sums[0]._replace(about="sbus 100000 8E2 inverted"), *TABLE.sums[1:]))
+
+
+@pytest.mark.parametrize("table", [TABLE, INVERTED])
+@pytest.mark.parametrize("width", [60, 72, 80, 100, 120])
+def test_what_a_wire_is_called_moves_no_column_and_hides_no_error(width, table):
+    rows = picture(scene(shown=Shown("wires"), seen=SCENE.seen._replace(wires=table)), width, 24)
+    names = (" rc ", " can bus ", " control bus ")
+    rc, *others = (next(row for row in rows if row.startswith(name)) for name in names)
+    assert len({re.search(r"\d/s  ", row).start() for row in (rc, *others)}) == 1
+    assert rc.endswith(" 12.5 % full  7 bytes refused" if width >= 110 else " 12.5 %  7 bytes refused")
+    assert (table.sums[0].about in rc) is (width >= 72 + 8 * (table is INVERTED))
+
+
+def test_one_is_no_plural():
+    assert " 1 frame, 1 byte of noise" in screen(scene(rc_frames=1, rc_noise_bytes=1))
+    one = TABLE._replace(sums=(TABLE.sums[0]._replace(errors=1), *TABLE.sums[1:]))
+    assert " 1 byte refused" in screen(scene(shown=Shown("wires"), seen=SCENE.seen._replace(wires=one)))
+
+
+def test_four_wheels_tell_their_speed_in_a_row_that_has_no_room_for_more():
+    frames = tuple((0x201 + number, bytes.fromhex("04D2 E9F0 FDA8 0000")) for number in range(4))
+    for width, each in ((120, "-5648 rpm  -600 mA"), (90, "-5648/-600"), (80, "-5648")):
+        row = wire_rows(width, can_feedback=(12_345, frames))[2]
+        assert re.findall(r"20\d +(-5648(?:/-600| rpm  -600 mA)?)", row) == [each] * 4, width
+
+
+@pytest.mark.parametrize("width", [60, 67, 80])
+def test_the_head_of_the_scope_and_of_its_menus_is_whole(width):
+    head = picture(scene(shown=Shown("scope")), width, 24)[2]
+    assert head.startswith("  triggered  auto: trace 1 rising through 5  ")
+    assert head.endswith({60: " V N H", 67: " V signals N trigger", 80: " V signals N trigger H hold"}[width])
+    for page, menu in MENUS:
+        assert "…" not in "\n".join(picture(scene(shown=Shown(page, menu=menu)), width, 24)[-12:-1])
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_a_list_cuts_no_action_and_no_key_of_its_own(width):
+    for action in ACTIONS:
+        listed = scene(dialog=Dialog("every action", [Item(action.words, action.printed, str)]).shown)
+        assert re.search(f"▶ {re.escape(action.words)} +{re.escape(action.printed)} │", screen(listed, width))
+    working = armed().working
+    working.key("x")
+    foot = next(row for row in picture(scene(dialog=working.dialog.shown), width, 24) if "Esc leaves" in row)
+    assert re.fullmatch(r"└ for 2 s \(← →\) · Esc leaves · Enter injects( · type to narrow)? ─*┘", foot)
+
+
+@pytest.mark.parametrize("size", [(60, 16), (60, 20), (80, 24)])
+def test_what_the_mouses_sticks_make_of_a_way_is_whole(size):
+    words = screen(scene(hands=PAD), *size)
+    assert "full way 50 %" in words
+    assert "expo 0.30, dead-band 5 %" in words
+
+
+def test_since_when_the_wires_are_checked_is_whole_on_a_narrow_screen():
+    forked = scene(shown=Shown("checks"), agree=AGREE, agree_since_tick=19_438)
+    assert "since 19.438 s, where it was driven on" in screen(forked)
+    (row,) = (row for row in picture(forked, 60, 24) if " agree " in row)
+    assert row.endswith("  since 19.438 s")
+
+
+def test_a_page_offers_no_key_that_does_nothing_to_be_seen_there():
+    for parts in ({}, {"hands": None, "replay": Replay("demo", 20_000)}):
+        feet = {page: picture(scene(shown=Shown(page), **parts), 120, 40)[-1] for page in PAGES}
+        assert [page for page, foot in feet.items() if "Z follow" in foot] == ["drive"]
+        assert [page for page, foot in feet.items() if "/ filter" in foot] == ["wires"]
+
+
+@pytest.mark.parametrize(("name", "across"), [("m2006", 1), ("deadwheel3", 1), ("siegwart", 5)])
+def test_from_close_by_the_whole_robot_is_there(name, across):
+    robot = load_robot(name)
+    here = scene(robot=robot, zoom=True, trail=[], pose=Pose(0.0, 0.0, 0.0), odometry=Pose(0.0, 0.0, 0.0))
+    lines = draw("arena", here, 60, 22)
+    assert f" {across} m across, around the robot " in text.plain(lines[0])
+    inked = [[at for at, cell in enumerate(cells(line)) if cell[1] == text.ROBOT and cell[0] != " "] for line in lines]
+    rows = [number for number, found in enumerate(inked) if found]
+    assert 1 < rows[0] < 11 < rows[-1] < 20, "above and below there is room"
+    columns = [at for found in inked for at in found]
+    assert 1 < min(columns) < 30 < max(columns) < 58
+
+
+def cells(line):
+    return [(sign, role) for words, role in line for sign in words]

@@ -28,8 +28,9 @@ from bench.screen.text import (
 )
 from bench.sensors import distance_m, is_pressed
 
-ZOOM_WIDTH_M = 1.0
-GRID_M, ZOOM_GRID_M = 1.0, 0.2
+LEAST_ZOOM_M, ZOOM_RADII = 1.0, 4.5
+"""How wide the picture from close by is: a large robot with its nose has to be in it, in the height too."""
+GRID_M, ZOOM_GRIDS = 1.0, 5
 TRUE_SIZE_FROM_DOTS = 3.0
 """A robot with a radius of fewer dots is drawn as an arrow: a ring that small shows no heading."""
 GHOST_FROM_DOTS = 2.0
@@ -49,10 +50,11 @@ def arena(scene: Scene, width: int, height: int) -> list[Line]:
     columns, rows = width - 2, height - 2
     length_m, width_m = scene.arena.length_m, scene.arena.width_m
     if scene.zoom:
-        caption = f" {ZOOM_WIDTH_M:g} m across, around the robot "
+        across_m = max(LEAST_ZOOM_M, math.ceil(ZOOM_RADII * scene.robot.body.radius_m))
+        caption = f" {across_m:g} m across, around the robot "
         canvas = Canvas(columns, rows)
-        view = _View(canvas, scene.snapshot.pose, canvas.width / ZOOM_WIDTH_M)
-        _ground(view, scene.arena, ZOOM_GRID_M)
+        view = _View(canvas, scene.snapshot.pose, canvas.width / across_m)
+        _ground(view, scene.arena, across_m / ZOOM_GRIDS)
         _walls(view, length_m / 2, width_m / 2)
         trail, slips = _Placed(view).place(scene.trail), _Placed(view).place(scene.slips)
     else:

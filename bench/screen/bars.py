@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from bench.screen.checks import red_lamps
 from bench.screen.edges import HELP_AND_QUIT, hands_always, tabs
-from bench.screen.layout import CHECKS
+from bench.screen.layout import CHECKS, DRIVE, WIRES
 from bench.screen.scene import Hands, Scene
 from bench.screen.text import (
     BAD_BADGE,
@@ -28,6 +28,8 @@ from bench.screen.text import (
 
 MOST_ROWS = 3
 """Of sentences above the foot."""
+_LOOK = {DRIVE: (("Z", "follow"),), WIRES: (("/", "filter"),)}
+"""A page's own key; the scope names its own above itself."""
 LEAST_NAME = 10
 """So much of a name is shown before the pages are left out for it."""
 
@@ -111,7 +113,8 @@ def footer(scene: Scene, width: int, height: int) -> list[Line]:
     always = _always(scene)
     if scene.notice and not notice_rows(scene, width):
         return [both_ends([(" " + scene.notice, WARN)], always, width)]
-    lines = _keys_of_time(scene) or (_watch_keys() if hands is None else _drive_keys(hands))
+    look = _LOOK.get(scene.shown.page, ())
+    lines = _keys_of_time(scene) or (_watch_keys(look) if hands is None else _drive_keys(hands, look))
     room = width - 2 - width_of(always)
     return [both_ends(next((line for line in lines if width_of(line) <= room), lines[-1]), always, width)]
 
@@ -130,8 +133,8 @@ def _keys_of_time(scene: Scene) -> list[Line]:
     return [long, _keys(("← → , .", "time"), ("G", "fork"), ("P", "on")), _keys(on)]
 
 
-def _watch_keys() -> list[Line]:
-    return [_keys(("P", "pause"), ("[ ]", "slower, faster"), ("Z", "follow")), _keys(("P", "pause"))]
+def _watch_keys(look: Sequence[tuple[str, str]]) -> list[Line]:
+    return [_keys(("P", "pause"), ("[ ]", "slower, faster"), *look), _keys(("P", "pause"))]
 
 
 def notice_rows(scene: Scene, width: int) -> int:
@@ -168,7 +171,7 @@ def _always(scene: Scene) -> Line:
     return HELP_AND_QUIT if hands is None else hands_always(scene.snapshot.armed, hands.arms)
 
 
-def _drive_keys(hands: Hands) -> list[Line]:
+def _drive_keys(hands: Hands, look: Sequence[tuple[str, str]]) -> list[Line]:
     """Each key with what it would do, or what it has set, from many words to few.
 
     The words keep their width, so that nothing jumps.
@@ -178,10 +181,10 @@ def _drive_keys(hands: Hands) -> list[Line]:
         return [_keys(("I", source_state(hands) or f"{hands.source} drives")), _keys(("I", hands.source))]
     core = [("C", f"core's arc {'ON ' if hands.core_asks else 'off'}")] if hands.core_asks is not None else []
     if hands.transmitter_on is None:
-        return [_keys(*core, ("Z", "follow")), _keys(("C", "core's arc") if core else ("Z", "follow"))]
+        return [_keys(*core, *look), _keys(("C", "core's arc")) if core else _keys(*look)]
     radio = "on " if hands.transmitter_on else "OFF"
     drive, transmitter = ("WASD QE", f"drive at {power}"), ("T", f"transmitter {radio}")
-    long = _keys(drive, transmitter, *core, ("Z", "follow"))
+    long = _keys(drive, transmitter, *core, *look)
     return [long, _keys(("WASDQE", power), ("T", f"radio {radio}")), _keys(("WASDQE", power))]
 
 

@@ -8,7 +8,22 @@ from collections.abc import Iterator
 
 from bench.check.expectations import FAILED, HOLDS, NOT_YET, PASSED, UNTESTED, Standing
 from bench.screen.scene import Scene
-from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, TALLER, WARN, Line, cut_rows, fit, plain, signed, swing_bar
+from bench.screen.text import (
+    BAD_BADGE,
+    GOOD,
+    LABEL,
+    PLAIN,
+    TALLER,
+    WARN,
+    Line,
+    cut_rows,
+    first_that_fits,
+    fit,
+    plain,
+    signed,
+    swing_bar,
+    width_of,
+)
 from bench.screen.wire_lamps import SWITCHED_OFF, WireLamp
 from bench.screen.wiretable import loads
 
@@ -122,12 +137,14 @@ def _agree(scene: Scene, width: int, failed: int, quiet: int) -> Iterator[Line]:
         why = "not judged while it runs; its recording is: wheelbench check DIR"
         yield fit([(" agree   ", LABEL), (why, LABEL)], width)
         return
-    said = "wire held against wire"
+    ways = ["wire held against wire"]
     if scene.pace.behind_ticks:
-        said = "as they stand at the newest instant"
+        ways = ["as they stand at the newest instant", "as at the newest instant", "newest instant"]
     elif scene.agree_since_tick:
-        said = f"since {scene.agree_since_tick / 1000:.3f} s, where it was driven on"
-    yield fit([*_counts("agree", [lamp.state for lamp in scene.agree]), (f"   {said}", LABEL)], width)
+        since = f"since {scene.agree_since_tick / 1000:.3f} s"
+        ways = [f"{since}, where it was driven on", since]
+    counts = _counts("agree", [lamp.state for lamp in scene.agree])
+    yield fit([*counts, *first_that_fits([[(f"   {said}", LABEL)] for said in ways], width - width_of(counts))], width)
     for lamp in scene.agree:
         yield from _wire_lamp(lamp, width, failed if lamp.state == FAILED else quiet)
 

@@ -135,10 +135,17 @@ def dialog(scene: Scene, width: int, height: int) -> list[Line]:
     body += [[]] * (height - 2 - len(body))
     title = f" {shown.title} "
     more = f" {shown.cursor + 1} of {len(shown.rows)} " if shown.rows else ""
-    foot = f" {shown.foot or 'Esc leaves · Enter takes · type to narrow'} "
+    foot = _shortened(shown.foot or "Esc leaves · Enter takes · type to narrow", inner - 2)
     top = _edge("┌", (title, TITLE), more, "┐", inner)
-    bottom = _edge("└", (foot, LABEL), "", "┘", inner)
+    bottom = _edge("└", (f" {foot} ", LABEL), "", "┘", inner)
     return [top, *([("│", LABEL), *fit(line, inner), ("│", LABEL)] for line in body), bottom]
+
+
+def _shortened(foot: str, room: int) -> str:
+    """Without its last parts, where it is too long."""
+    while len(foot) > room and " · " in foot:
+        foot = foot.rpartition(" · ")[0]
+    return foot
 
 
 def _edge(left: str, words: tuple[str, str], right: str, corner: str, inner: int) -> Line:

@@ -14,13 +14,15 @@ from typing import NamedTuple
 
 from bench.screen.edges import HELP_AND_QUIT, hands_always, tabs
 from bench.screen.layout import DRIVE, Place, arrange
-from bench.screen.text import LABEL, PLAIN, TITLE, WARN_BADGE, Line, both_ends, fit, width_of
+from bench.screen.text import LABEL, PLAIN, TITLE, WARN_BADGE, Line, both_ends, first_that_fits, fit, width_of
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 DEFAULT_ROBOT = "m2006"
 FIELD_M = (6.0, 4.0)
 """Length and width of `bench.arena.FIELD`."""
 BUILDING = "building the bench"
+_WAITS = ("a key waits for the bench", "keys wait")
+"""Of the foot, in fewer words: the status says the rest."""
 _PANES = {"progress": "", "wheels": "wheel", "wires": "wire", "glance": "", "scope": "scope", "wiretable": "wires"}
 _NAME, _RC, _WHEEL, _ROBOT, _SCENARIO, _LENGTH, _WIDTH, _TABLE = (
     re.compile(pattern, re.MULTILINE)
@@ -65,7 +67,8 @@ class Opening(NamedTuple):
             return _field(self.field_m, width, place.height)
         if panel == "footer":
             always = HELP_AND_QUIT if self.replay else hands_always(False, arms=bool(self.rc))
-            return [both_ends([(f" {BUILDING}; a key waits for it", LABEL)], always, width)]
+            ways: list[Line] = [[(f" {words}", LABEL)] for words in (f"{BUILDING}; a key waits for it", *_WAITS)]
+            return [both_ends(first_that_fits(ways, width - 2 - width_of(always)), always, width)]
         if panel == "status":
             return [[(" ", PLAIN), (f" {BUILDING.upper()} ", WARN_BADGE)]]
         if panel == "small":

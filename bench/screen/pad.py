@@ -20,7 +20,10 @@ def pad(scene: Scene, width: int, height: int) -> list[Line]:
     _box(rows, shape.stick, " forward, left ", (-left / power, -forward / power))
     _box(rows, shape.turn, " turn ", (-turn / power, 0.0))
     column = shape.turn.x
-    notes = {shape.turn.y - 3: f"full way {hands.power_percent} %, {hands.curve}"}
+    far = f"full way {hands.power_percent} %"
+    notes = {shape.turn.y - 3: f"{far}, {hands.curve}"}
+    if column + len(notes[shape.turn.y - 3]) > width:
+        notes = {shape.turn.y - 3: far, shape.turn.y - 2: hands.curve}
     notes[shape.turn.y + 3] = "let go: at rest   M: mouse back"
     lines: list[Line] = []
     for y, row in enumerate(rows):

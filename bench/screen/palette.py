@@ -23,7 +23,7 @@ ACTIONS = (
     Action("push the sticks further", "+", "+", True),
     Action("push the sticks less far", "-", "-", True),
     Action("sticks for the mouse, or not", "M", "m", True),
-    Action("give the sticks to the next source: keys, gamepad, receiver", "I", "i", True),
+    Action("next source of the sticks: keys, gamepad, receiver", "I", "i", True),
     Action("pause, go on", "P", "p"),
     Action("one tick on", ".", "."),
     Action("one tick back", ",", ","),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 
 from bench.io.scope import CAUGHT, FREE, MOST_TRACES, TRIGGERED, WAITING, ScopePicture
@@ -88,15 +88,13 @@ def _head(scene: Scene, picture: ScopePicture, width: int) -> list[Line]:
     line: Line = [*held, (" ", PLAIN), (f" {state} ", role), (trigger, PLAIN)]
     if scene.seen.building is not None and not held:
         line = building(scene)
-    keys: Line = [
-        ("V", KEY),
-        (" signals ", LABEL),
-        ("N", KEY),
-        (" trigger ", LABEL),
-        ("H", KEY),
-        (" hold ", LABEL),
-    ]
-    return [both_ends(line, keys, width)]
+    keys = (("V", "signals "), ("N", "trigger "), ("H", "hold "))
+    ways = [_keys(keys), _keys(keys[:-1]), _keys((key, "") for key, _ in keys)]
+    return [both_ends(line, first_that_fits(ways, width - 2 - width_of(line)) or ways[-1], width)]
+
+
+def _keys(keys: Iterable[tuple[str, str]]) -> Line:
+    return [span for key, words in keys for span in ((f"{key} ", KEY), (words, LABEL))]
 
 
 def _lanes(picture: ScopePicture, width: int, rows: int) -> list[Line]:
@@ -214,13 +212,15 @@ def _ms(milliseconds: float) -> str:
 
 def _menu(menu: Menu, picture: ScopePicture, width: int) -> list[Line]:
     if menu.kind == "trigger":
-        head = " trigger: ↑↓ choose, ←→ change, Esc closes, Enter arms again, digits set a level"
+        long = " trigger: ↑↓ choose, ←→ change, Esc closes, Enter arms again, digits set a level"
+        head = long if len(long) <= width else " ↑↓ choose, ←→ change, Esc closes, Enter arms, 0-9 level"
         words = [f"{word:12} {value}" for word, value in zip(_TRIGGER_WORDS, menu.choices, strict=True)]
         return [fit([(head, TITLE)], width, TITLE), *_list(words, menu.row, width)]
     now = picture.settings.signals
     there = now[menu.trace] if menu.trace < len(now) else "a new one"
     typed = f" trace {menu.trace + 1}, now {there}: {menu.text}▏"
     keys = " ↑↓ choose, Enter takes, Esc leaves, Tab next trace, Backspace removes"
+    keys = keys if len(keys) <= width else " ↑↓, Enter takes, Esc leaves, Tab next, Backspace removes"
     names = _list(menu.choices or ("no signal has that in its name",), menu.row, width)
     return [fit([(typed, TITLE)], width, TITLE), fit([(keys, LABEL)], width), *names]
 

@@ -10,7 +10,7 @@ from bench.messages import FOREIGN_BASE, RcFrame, Snapshot
 from bench.odometry import wrap
 from bench.screen.scene import Scene
 from bench.screen.state import armed_badge, link_state, sticks_label, who_drives
-from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, WARN, Line, age, signed
+from bench.screen.text import BAD_BADGE, GOOD, LABEL, PLAIN, WARN, Line, age, counted, signed
 
 COLUMN = 12
 _QUIET_LINKS = {DEGRADED: WARN, HOLD: WARN, NEVER_SEEN: LABEL}
@@ -44,7 +44,7 @@ def _state(scene: Scene) -> list[_Row]:
     if snapshot.link_reason:
         reason = (snapshot.link_reason, WARN)
     else:
-        reason = (f"{snapshot.rc_frames} frames, {snapshot.rc_noise_bytes} bytes of noise", LABEL)
+        reason = (f"{counted(snapshot.rc_frames, 'frame')}, {counted(snapshot.rc_noise_bytes, 'byte')} of noise", LABEL)
     return [
         (0, [(" ", PLAIN), armed_badge(snapshot), (f" {driver}", PLAIN)]),
         (2, [_label("why"), _why(scene)]),

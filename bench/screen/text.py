@@ -109,6 +109,11 @@ def cut_rows(lines: list[Line], height: int, elsewhere: str) -> list[Line]:
     return [*lines[: height - 1], [(f" … {len(lines) - height + 1} more lines: {elsewhere}", WARN)]]
 
 
+def counted(count: int, thing: str) -> str:
+    """So many of them."""
+    return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
+
+
 def age(milliseconds: int) -> str:
     """How long ago, in at most seven cells."""
     if milliseconds < 1000:

@@ -63,9 +63,9 @@ def _commands(frames: Sequence[CanFrame], ma_per_raw: float) -> str:
 
 
 def _feedback(frames: Sequence[CanFrame], room: int, ma_per_raw: float) -> str:
-    """Every ESC's and encoder's frame, and a gyro's; with less room the units go first, then the angle."""
+    """Every ESC's and encoder's frame, and a gyro's; with less room the units go first, then angle and current."""
     fields = [(can_id, m2006.decode_feedback(data)) for can_id, data in frames if can_id not in GYRO_IDS]
-    wide, middle, narrow = [], [], []
+    wide, middle, narrow, speeds = [], [], [], []
     for can_id, values in fields:
         if values is None:
             return "   ".join(f"{one:03X} {data.hex(' ').upper()}" for one, data in frames)
@@ -74,12 +74,14 @@ def _feedback(frames: Sequence[CanFrame], room: int, ma_per_raw: float) -> str:
         wide.append(f"{can_id:03X} {angle:4d} cnt {rpm:+6d} rpm {current:+5d} mA")
         middle.append(f"{can_id:03X} {rpm:+6d} rpm {current:+5d} mA")
         narrow.append(f"{can_id:03X} {rpm:+d}/{current:+d}")
+        speeds.append(f"{can_id:03X} {rpm:+d}")
     turning = [f"{can_id:03X} {_gyro(can_id, data)}" for can_id, data in frames if can_id in GYRO_IDS]
     for parts in (wide, middle):
         text = "   ".join(parts + turning)
         if len(text) <= room:
             return text
-    return "  ".join([*turning, *narrow]) + " rpm/mA"
+    text = "  ".join([*turning, *narrow]) + " rpm/mA"
+    return text if len(text) <= room else "  ".join([*turning, *speeds]) + " rpm"
 
 
 def _gyro(can_id: int, data: bytes) -> str:

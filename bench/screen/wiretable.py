@@ -18,9 +18,13 @@ from bench.screen.text import (
     WARN_BADGE,
     Line,
     age,
+    both_ends,
+    counted,
     fill_bar,
+    first_that_fits,
     fit,
     hexed,
+    width_of,
 )
 
 NAMES = {RC: "rc", CAN: "can bus", CORE: "control bus"}
@@ -29,6 +33,10 @@ CROWDED = 0.8
 WIDE_FROM = 110
 """From this width on there is room for bytes and counts."""
 LEAST_LOG_ROWS = 4
+LEAST_ABOUT = 17
+FULL = " full"
+SUM_WIDTH = 14 + 10 + 8 + 2 + 17
+"""Of a wire's own line what always stands: its name, rate, load, a gap, and refused bytes by the thousand."""
 
 
 def wiretable(scene: Scene, width: int, height: int) -> list[Line]:
@@ -37,9 +45,10 @@ def wiretable(scene: Scene, width: int, height: int) -> list[Line]:
     if table is None:
         return [[(" no tick has run yet", LABEL)]]
     wide = width >= WIDE_FROM
-    lines = [_head(scene, wide)]
+    lines = [_head(scene, wide, width)]
+    about, bar = _room_for_sums(table, width)
     for one in table.sums:
-        lines.append(_sum(scene, one, wide))
+        lines.append(_sum(scene, one, about, bar))
         rows = [row for row in table.rows if row.wire == one.wire and passes(shown.filter, row)]
         lines += [_row(row, table.tick, wide) for row in rows]
     room = max(height - LEAST_LOG_ROWS - 1, 1)
@@ -60,7 +69,7 @@ def passes(filter: str, row: WireRow) -> bool:
     return not words or any(word in text for word in words)
 
 
-def _head(scene: Scene, wide: bool) -> Line:
+def _head(scene: Scene, wide: bool, width: int) -> Line:
     shown = scene.shown
     columns = f" {'id':8} {'what':13} {'rate':>6} {'age':>6}"
     columns += f" {'load':>6} {'frames':>8}  {'bytes':23}  says" if wide else "  says"
@@ -71,7 +80,10 @@ def _head(scene: Scene, wide: bool) -> Line:
         words = "  commas mean or; Enter keeps it, Esc shows all" if typing else "  / changes it"
         line.append((words, LABEL))
     if shown.held:
-        line = [(" HELD ", WARN_BADGE), (f" at {_at(scene.seen.wires)}, H lets go ", WARN), *line]
+        badge, ways = (" HELD ", WARN_BADGE), (f" at {_at(scene.seen.wires)}, H lets go ", "H lets go", "")
+        helds: list[Line] = [[badge, (words, WARN)] for words in ways]
+        held = first_that_fits(helds, width - 2 - width_of(line)) or helds[-1]
+        line = both_ends(line, held, width)  # behind the columns' names, so that they stand over their columns
     elif scene.seen.building is not None:
         line = building(scene)
     return line
@@ -88,15 +100,22 @@ def _at(table: WireTable | None) -> str:
     return f"{table.tick / 1000:.3f} s" if table is not None else ""
 
 
-def _sum(scene: Scene, one: WireSum, wide: bool) -> Line:
+def _room_for_sums(table: WireTable, width: int) -> tuple[int, int]:
+    """How wide what all wires are called and their bars may be, so that errors have room: bars go, then the words."""
+    about = max([LEAST_ABOUT, *(len(one.about) for one in table.sums)]) + 1
+    bar = 20 if width >= WIDE_FROM else 8
+    rest = width - SUM_WIDTH - (len(FULL) if width >= WIDE_FROM else 0)
+    return (about, bar) if about + bar <= rest else (about, 0) if about <= rest else (0, bar)
+
+
+def _sum(scene: Scene, one: WireSum, about: int, bar: int) -> Line:
     full = one.load >= CROWDED
-    bar = fill_bar(one.load, 20 if wide else 8)
     line: Line = [
         (f" {NAMES[one.wire]:13}", KEY),
-        (f"{one.about:18}", LABEL),
+        (f"{one.about:{about}}" if about else "", LABEL),
         (f"{one.rate_hz:6.0f}/s  ", PLAIN),
-        (bar, WARN if full else GOOD),
-        (f" {100.0 * one.load:5.1f} %{' full' if wide else ''}", WARN if full else PLAIN),
+        (fill_bar(one.load, bar), WARN if full else GOOD),
+        (f" {100.0 * one.load:5.1f} %{FULL if bar > 8 else ''}", WARN if full else PLAIN),
     ]
     return [*line, ("  ", PLAIN), _errors(scene, one)]
 
@@ -104,10 +123,10 @@ def _sum(scene: Scene, one: WireSum, wide: bool) -> Line:
 def _errors(scene: Scene, one: WireSum) -> tuple[str, str]:
     strangers = len(scene.snapshot.bus_findings) if one.wire == CAN else 0
     if strangers or (one.wire == CAN and one.errors):
-        more = f", {one.errors} frames too many to list" if one.errors else ""
+        more = f", {counted(one.errors, 'frame')} too many to list" if one.errors else ""
         return f" {strangers} strange{more} ", BAD_BADGE
     if one.errors:
-        return f"{one.errors} bytes refused", WARN
+        return f"{counted(one.errors, 'byte')} refused", WARN
     return "no errors", LABEL
 
 

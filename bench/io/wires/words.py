@@ -83,7 +83,7 @@ def rc_words(event: RcEvent) -> Words:
             flags = " FAILSAFE" * event.failsafe + " FRAME LOST" * event.frame_lost
             return " ".join(map(str, event.channels)) + flags
         if isinstance(event, RcNoise):
-            return f"{event.length} bytes refused: {event.reason}"
+            return f"{event.length} byte{'s' * (event.length != 1)} refused: {event.reason}"
         if isinstance(event, RcLinkStatistics):
             return f"quality {event.uplink_quality_percent} % {event.uplink_rssi_dbm} dBm"
         return event.kind
