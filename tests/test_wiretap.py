@@ -229,3 +229,16 @@ def test_nobody_looking_takes_no_more_than_some_megabytes():
     tracemalloc.stop()
     assert used < 5e6
     assert len(tap._ticks) == KEPT_TICKS
+
+
+def test_who_looks_or_filters_while_time_stands_still_sees_the_newest_frames():
+    """A pause on another page, then this one; a filter that is typed in a pause."""
+    outs = [tick(at, commands=[(0x200, COMMAND)], feedback=[(0x201, FEEDBACK)]) for at in range(5000)]
+    tap = fed(outs[:2000])
+    assert tap.table(log=4).log[-1].tick == 1999
+    for start in range(2000, 5000, 50):
+        tap.take(outs[start : start + 50])
+        assert tap.table(log=0).log == ()
+    assert [(one.tick, one.key) for one in tap.table(log=3).log] == [(4998, "201"), (4999, "200"), (4999, "201")]
+    assert [(one.tick, one.key) for one in tap.table("200", 2).log] == [(4998, "200"), (4999, "200")]
+    assert [(one.tick, one.key) for one in tap.table("", 2).log] == [(4999, "200"), (4999, "201")]

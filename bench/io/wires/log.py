@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from itertools import islice
+from itertools import chain, islice
 
 from bench.io.wires.counts import Row
 from bench.io.wires.table import Logged
@@ -32,26 +32,32 @@ class WireLog:
         self._unwritten: deque[tuple[int, Row, bytes, Words | None] | tuple[int, Sequence[CanFrame]]] = deque(
             maxlen=LOOKED_AT
         )
+        self._looked_through = self._unwritten.copy()
+        """Kept for another filter: where time stands still, nothing new comes that it could find."""
         self.note = self._unwritten.append
 
     def write(self, filter: str, most: int) -> None:
-        """Put what was noted into words, at most so many; with another filter than before, begin anew."""
+        """Put what was noted into words, at most so many; with another filter than before, begin anew. None: wait."""
+        if not most:
+            return
         wanted = [part for part in filter.lower().split(",") if part]
-        if filter != self._filter:
+        again = filter != self._filter
+        if again:
             self._filter = filter
             self.written.clear()
         fresh: list[Logged] = []
-        for tick, row, data, words in islice(self._newest_first(), LOOKED_AT if most else 0):
+        for tick, row, data, words in islice(self._newest_first(again), LOOKED_AT):
             said = self._said(row, data, words)
             if not wanted or any(part in f"{row.wire} {row.key} {row.name} {said}".lower() for part in wanted):
                 fresh.append(Logged(tick, row.wire, row.key, data, said))
                 if len(fresh) == most:
                     break
+        self._looked_through.extend(self._unwritten)
         self._unwritten.clear()
         self.written.extend(reversed(fresh))
 
-    def _newest_first(self) -> Iterator[tuple[int, Row, bytes, Words | None]]:
-        for noted in reversed(self._unwritten):
+    def _newest_first(self, again: bool) -> Iterator[tuple[int, Row, bytes, Words | None]]:
+        for noted in chain(reversed(self._unwritten), reversed(self._looked_through) if again else ()):
             if len(noted) == 4:
                 yield noted
                 continue
