@@ -79,6 +79,11 @@ def test_a_gyro_is_perfect_unless_its_file_says_otherwise(tmp_path):
             "dead_wheel: 'f' stands 100 m from the centre of a body of 0.08 m; is",
         ),
         ("radius_m = 0.025", "radius_m = 0.025\ngear = -1.0", "dead_wheel[0].gear: expected a positive number"),
+        (
+            "radius_m = 0.025",  # 1 m/s, 40 rad/s: 382 rpm, and 79 times that is 30,176
+            "radius_m = 0.025\ngear = 79.0",
+            "dead_wheel: 1 m/s turn the encoder of 'f' at 30176 rpm; over 30000 its angle, told once a millisecond",
+        ),
         ("radius_m = 0.025", "radius_m = 0.025\nroller_deg = 45.0", "dead_wheel[0].roller_deg: unknown key"),
         ("can_id = 6", "can_id = 6\n[gyro]\ncan_id = 0", "gyro.can_id: expected 1 to 8"),
         ("can_id = 6", "can_id = 6\n[gyro]\ncan_id = 1\nrate_noise_degps = -1", "gyro.rate_noise_degps: expected 0"),

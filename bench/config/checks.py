@@ -26,6 +26,7 @@ from bench.messages import TICK_US
 
 MOST_ROTOR_RPM = 30_000
 """Half a turn between two reports, which come once a millisecond."""
+DOES_NOT_SAY = "its angle, told once a millisecond, does not say which way it turned"
 MOST_C610_A = 10.0
 """Of a command frame, which counts milliamperes from -10,000 to 10,000 (docs/c610.md)."""
 MOST_BINARY_CONFIGURATION_BYTES = 1019
@@ -119,7 +120,7 @@ def check_robot(where: Path | str, robot: Robot) -> None:
             what = f"{robot.limits.wheel_radps:g} rad/s turn the rotor of {wheel.name!r} at {rotor_rpm:.0f} rpm"
             raise fail(
                 "limits.wheel_radps",
-                f"{what}; over {MOST_ROTOR_RPM} its angle, told once a millisecond, does not say which way it turned",
+                f"{what}; over {MOST_ROTOR_RPM} {DOES_NOT_SAY}",
             )
     most_m = MOST_BODIES * robot.body.radius_m
     every = [("wheel", wheel) for wheel in robot.wheels] + [("dead_wheel", wheel) for wheel in robot.dead_wheels]
@@ -265,6 +266,12 @@ def _check_dead_wheels(where: Path | str, robot: Robot) -> None:
     owners = {wheel.can_id: wheel.name for wheel in robot.wheels}
     names = set(owners.values())
     for wheel in robot.dead_wheels:
+        encoder_rpm = robot.limits.linear_mps / wheel.radius_m * wheel.gear * 30.0 / math.pi
+        if encoder_rpm > MOST_ROTOR_RPM:
+            raise ConfigError(
+                f"{where}: dead_wheel: {robot.limits.linear_mps:g} m/s turn the encoder of {wheel.name!r} at "
+                f"{encoder_rpm:.0f} rpm; over {MOST_ROTOR_RPM} {DOES_NOT_SAY}; is its gear that of the encoder?"
+            )
         if wheel.name in names:
             raise ConfigError(f"{where}: dead_wheel.name: {wheel.name!r} is given to more than one wheel")
         if wheel.can_id in owners:
