@@ -122,8 +122,9 @@ def _row_7() -> Evidence:
     turns = (S32_MAX + 1) / 65536 / 360
     return Evidence(
         (Figure(f"a report of {too_far_m:.3f} m", (ours_m,), (told_m,), "m"),),
-        f"Increments never come near it. A total does after {too_far_m:.3f} m or {turns:.0f} turns, and then the robot "
-        f"stands {too_far_m - told_m:.1f} m from where it is.",
+        f"Increments never come near it. A total does after {too_far_m:.3f} m or {turns:.0f} turns. What comes then C "
+        f"leaves open: on an x86-64, as here, the robot is told to stand {too_far_m - told_m:.1f} m from where it is; "
+        "an ARM with a floating-point unit goes on telling the end of the range.",
     )
 
 
