@@ -29,6 +29,8 @@ from bench.errata.document_001 import FOUR, MECANUM, THREE, right_wheels
 from bench.errata.document_002 import MENDED, arc_mm, driven
 from bench.errata.document_003 import times
 from bench.errata.document_004 import right_forward, right_inverse
+from bench.errata.trial import drive, robot_for
+from bench.messages import BodyTwist
 
 # The figures of the kinematics reference, sections 4 and 6. (row, start of the figure's name): (right, as printed,
 # tolerance)
@@ -92,7 +94,8 @@ REFERENCE = {
     (17, "the same"): ((0,), (math.tau * 0.4,), 0.03),
     (21, "a tenth of"): ((0.4, 0.1, 0.2), (0.4, 0.1, 0.2), 1e-3),
     (22, "0.3 m/s right"): ((0, -0.51), (0.51, 0), 0.01),  # 0.3 m/s for 2 s, less the ramp of 0.6 m/s2
-    (23, "0.3 m/s right"): ((0,), (math.degrees(2.636 * 0.51),), 2.5),
+    (23, "the same, wheels by the right inverse"): ((0, 1, 0), (0.622, 0, 0), 5e-4),
+    (23, "0.3 m/s forward"): ((0,), (math.degrees(2.636 * 0.51),), 2.5),
     # The rim pushes with what turning the base and its rotors leaves of the torque: less than the rolling resistance.
     (25, "0.6 A"): ((0,), (0,), 1e-9),
     # Forward wants cos 15 deg of the wheel speed that 1.0 m/s is, so 0.58 A for each m/s; from 0.3 A, 1.118 m/s an A.
@@ -305,6 +308,15 @@ def test_document_004_its_pair_is_no_pair_and_ours_is():
             lambda twist, b=bearings: d4.inverse_as_printed(*twist, b),
         )
         assert worst(back, AXES) > 0.4
+
+
+def test_document_004_the_printed_pair_tells_a_turn_where_forward_is_asked_and_none_where_right_is():
+    """By its F H: column forward is (0, 0.378, -2.636), column right (0.622, 0, 0)."""
+    pair = robot_for("m2006", controller="inverse-004-as-printed", odometry="forward-004-as-printed")
+    forward, right = (drive(pair, BodyTwist(x, y, 0.0), ticks=2000) for x, y in ((0.3, 0.0), (0.0, -0.3)))
+    assert figure(23, "0.3 m/s forward").printed == (math.degrees(forward.believed_turned_rad),)
+    assert right.believed_turned_rad == pytest.approx(0.0, abs=1e-9)
+    assert right.believed.y_m == pytest.approx(-0.622 * right.pose.x_m, rel=2e-3)
 
 
 def test_document_004_the_firmware_drives_as_the_wheel_equation_says():

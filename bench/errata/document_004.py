@@ -75,18 +75,20 @@ def _driven_right(controller: str | None = None) -> tuple[float, float]:
 def _row_23() -> Evidence:
     f_h = returned(lambda wheels: forward_as_printed(wheels, BEARINGS_RAD), _printed_inverse)
     right = returned(right_forward, right_inverse)
-    # With the inverse that is printed beside it, "forward" is what is asked for as right.
     twist = BodyTwist(0.3, 0.0, 0.0)
     pair = robot_for("m2006", controller=NAME_22, odometry="forward-004-as-printed")
     told = [math.degrees(drive(robot, twist, ticks=2000).believed_turned_rad) for robot in (robot_for("m2006"), pair)]
     read = forward_as_printed(_printed_inverse((0.0, 1.0, 0.0)), BEARINGS_RAD)
+    alone = forward_as_printed(right_inverse((0.0, 1.0, 0.0)), BEARINGS_RAD)
     return Evidence(
         (
             *(Figure(f"row {name} of F H", a, b) for name, a, b in zip(("vx", "vy", "yaw"), right, f_h, strict=True)),
             Figure("1 m/s forward reads back: right, forward, yaw", (0.0, 1.0, 0.0), read, "m/s, rad/s"),
-            Figure("0.3 m/s right asked for 2 s, with row 22: turn told", (told[0],), (told[1],), "deg", PLANT),
+            Figure("the same, wheels by the right inverse", (0.0, 1.0, 0.0), alone, "m/s, rad/s"),
+            Figure("0.3 m/s forward asked for 2 s, with row 22: turn told", (told[0],), (told[1],), "deg", PLANT),
         ),
-        f"Straight travel forward at 1 m/s is read as {read[1]:.3f} m/s and a spin of {read[2]:.2f} rad/s.",
+        f"Asked for 1 m/s forward, the printed pair drives right (row 22) and reads {read[1]:.3f} m/s forward and a "
+        f"spin of {read[2]:.2f} rad/s. A robot that truly goes forward is read as going right, at {alone[0]:.3f} m/s.",
     )
 
 
