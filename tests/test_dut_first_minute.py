@@ -15,7 +15,7 @@ from bench.config import load_robot
 from bench.dut.build import build
 from bench.dut.firmware import firmware_of
 from bench.dut.project import load_project
-from bench.dut.start import look
+from bench.dut.start import look, start
 
 TEAM = Path(__file__).parent / "firmware" / "team"
 DRIVE = """
@@ -406,6 +406,34 @@ def test_the_other_fifo_three_mailboxes_and_what_the_bus_does_not_carry(tmp_path
     assert base.output().count("extended or remote CAN frame was sent") == 1
 
 
+def test_a_mailbox_that_is_empty_again_is_told(tmp_path):
+    """The STM32 HAL: after a frame has been sent, and where CAN_IT_TX_MAILBOX_EMPTY is asked for."""
+    source = """
+        #include "stm32f4xx_hal.h"
+        extern CAN_HandleTypeDef hcan1;
+        static uint32_t queued = 6, mailbox;
+        static void next(int what) {
+            CAN_TxHeaderTypeDef header = {.StdId = 0x100 + what};
+            if (queued && queued--) HAL_CAN_AddTxMessage(&hcan1, &header, (const uint8_t *)"", &mailbox);
+        }
+        void HAL_CAN_TxMailbox0CompleteCallback(CAN_HandleTypeDef *can) { next(can == &hcan1 ? 0 : 0x7F); }
+        void HAL_CAN_TxMailbox1CompleteCallback(CAN_HandleTypeDef *can) { next(1); }
+        static void third(CAN_HandleTypeDef *can) { next(2); }
+        int main(void) {
+            HAL_CAN_RegisterCallback(&hcan1, HAL_CAN_TX_MAILBOX2_COMPLETE_CB_ID, third);
+            HAL_CAN_Start(&hcan1);
+            next(0x10);
+            HAL_Delay(2);                                                 /* nobody has asked to be told */
+            HAL_CAN_ActivateNotification(&hcan1, CAN_IT_TX_MAILBOX_EMPTY);
+            for (int i = 0; i < 3; i++) next(0x10 << (mailbox == 1u << (i ? i - 1 : 0)));
+            for (;;) __WFI();
+        }
+        """
+    base = firmware_of(made(tmp_path, source, '[wires]\ncan = "hcan1"\n'))()
+    told = [[can_id - 0x100 for can_id, _ in base.step(tick, b"", b"", ())[0]] for tick in range(6)]
+    assert told == [[0x10], [], [], [0x20, 0x20, 0x20], [0, 1], []]
+
+
 def test_a_plain_dma_its_halves_and_a_timer_by_a_registered_callback(tmp_path):
     source = """
         #include "stm32f4xx_hal.h"
@@ -531,8 +559,30 @@ def test_handles_are_found_however_they_are_declared(tmp_path, text):
 
 @pytest.mark.parametrize(
     ("text", "profile"),
-    [("DBUS frame", "dr16"), ("sbus_parse(); SBUS", "frsky-sbus"), ("iBus", "flysky"), ("crsf", "elrs"), ("radio", "")],
+    [
+        ("DBUS frame", "dr16"),
+        ("sbus_to_rc(sbus_buf, rc); rc->mouse.x = sbus_buf[6]", "dr16"),
+        ("sbus_parse(); SBUS", "frsky-sbus"),
+        ("iBus", "flysky"),
+        ("crsf", "elrs"),
+        ("radio", ""),
+    ],
 )
 def test_the_receiver_is_guessed_from_what_the_sources_speak_of(tmp_path, text, profile):
     (tmp_path / "main.c").write_text(f"/* {text} */\nint main(void) {{}}\n")
     assert look(tmp_path).receiver == profile
+
+
+@pytest.mark.parametrize(
+    ("heard", "slamware"),
+    [
+        ("HAL_UARTEx_ReceiveToIdle_DMA(&huart3, in, 36);", '# slamware = "h..."'),
+        ("HAL_UART_Receive_DMA(&huart3, in, 18); HAL_UART_Receive_IT(&huart6, &byte, 1);", 'slamware = "huart6"'),
+        ("receive(&huart3);", 'slamware = "huart3"'),
+    ],
+)
+def test_a_line_on_which_nothing_is_received_is_not_guessed_to_be_a_cores(tmp_path, heard, slamware):
+    """Unless it cannot be seen on which something is."""
+    (tmp_path / "main.c").write_text(f"UART_HandleTypeDef huart1, huart3, huart6;\nint main(void) {{ {heard} }}\n")
+    start(tmp_path)
+    assert f"\n{slamware}\n" in (tmp_path / "wheelbench.toml").read_text()

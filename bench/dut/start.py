@@ -25,7 +25,7 @@ _MOST_FILES = 500
 _HANDLE = r"(?:^|[;{{])\s*(?:extern\s+(?:\"C\"\s+)?)?{}_HandleTypeDef\s+(\w+(?:\s*,\s*\w+)*)(?=\s*[;=])"
 # Where printf goes, in every project that has put it somewhere.
 _CONSOLE = re.compile(r"\b(?:__io_putchar|_write|fputc)\s*\([^)]*\)\s*\{[^}]*?&\s*(\w+)")
-_RECEIVES = re.compile(r"\bHAL_UART(?:Ex)?_Receive\w*\s*\(\s*&\s*(\w+)")
+_RECEIVES = re.compile(r"\b(?:HAL_UART(?:Ex)?_Receive\w*|__HAL_UART_ENABLE_IT)\s*\(\s*&\s*(\w+)")
 _RECEIVERS = (
     ("dbus|dr16", "dr16"),
     ("sbus", "frsky-sbus"),
@@ -33,6 +33,8 @@ _RECEIVERS = (
     ("crsf|crossfire|elrs", "elrs"),
 )
 """Words of a team's files, and the profile of the bench that they mean."""
+_MOUSE = re.compile(r"\bmouse\b")
+"""Of the receivers DBUS alone tells of a mouse, whatever its maker's own code calls it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,8 @@ class Found:
     include: tuple[str, ...]
     uarts: tuple[str, ...]
     """That may be wires, those first on which something is received."""
+    heard: tuple[str, ...]
+    """On which something is received, as far as that can be seen."""
     consoles: tuple[str, ...]
     """That printf goes to."""
     receiver: str
@@ -103,7 +107,7 @@ def look(folder: Path) -> Found:
     text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in kept)
     handles, cans, fdcans, timers = (_names(text, kind) for kind in ("UART", "CAN", "FDCAN", "TIM"))
     consoles = tuple(name for name in handles if name in _CONSOLE.findall(text))
-    heard = _RECEIVES.findall(text)
+    heard = tuple(dict.fromkeys(_RECEIVES.findall(text)))
     uarts = tuple(sorted((name for name in handles if name not in consoles), key=lambda name: name not in heard))
     if re.search(r"FreeRTOS\.h|cmsis_os2?\.h", text):
         style = "rtos"
@@ -117,6 +121,7 @@ def look(folder: Path) -> Found:
         left_out=tuple(path.relative_to(folder).as_posix() for path in code if path not in kept),
         include=tuple(sorted(headers)),
         uarts=uarts,
+        heard=heard,
         consoles=consoles,
         receiver=_receiver(text, kept),
         cans=cans,
@@ -132,6 +137,8 @@ def _receiver(text: str, files: Sequence[Path]) -> str:
     words = " ".join([*(path.stem for path in files), text])
     counts = {profile: len(re.findall(pattern, words, re.IGNORECASE)) for pattern, profile in _RECEIVERS}
     most = max(counts, key=counts.__getitem__)
+    if most == "frsky-sbus" and _MOUSE.search(words):
+        return "dr16"
     return most if counts[most] else ""
 
 
@@ -174,7 +181,8 @@ def project_toml(name: str, found: Found, style: str) -> str:
     lines += ['# every_ms = "control_step"   # a function that a timer of yours calls each millisecond']
     if style != "superloop" or found.uarts or found.consoles or found.cans or found.fdcans:
         lines += ["", "[wires]                       # check: which handle is which line"]
-        names = (*found.uarts, "", "")
+        # A core asks: a line on which nothing is received is not its.
+        names = (*(name for name in found.uarts if name in found.heard or not found.heard), "", "")
         can = ("fdcan", found.fdcans[0]) if found.fdcans else ("can", (*found.cans, "")[0])
         for key, handle in (("rc", names[0]), ("slamware", names[1]), can):
             lines += [f"{key} = {_text(handle)}" if handle else f'# {key} = "h..."']

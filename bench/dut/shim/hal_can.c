@@ -12,6 +12,9 @@ FDCAN_GlobalTypeDef wb_fdcan_instance[4];
 /* The firmware's own, where it has them. */
 void OPTIONAL HAL_CAN_RxFifo0MsgPendingCallback(CAN_HandleTypeDef *can);
 void OPTIONAL HAL_CAN_RxFifo1MsgPendingCallback(CAN_HandleTypeDef *can);
+void OPTIONAL HAL_CAN_TxMailbox0CompleteCallback(CAN_HandleTypeDef *can);
+void OPTIONAL HAL_CAN_TxMailbox1CompleteCallback(CAN_HandleTypeDef *can);
+void OPTIONAL HAL_CAN_TxMailbox2CompleteCallback(CAN_HandleTypeDef *can);
 void OPTIONAL HAL_FDCAN_RxFifo0Callback(FDCAN_HandleTypeDef *can, uint32_t which);
 void OPTIONAL HAL_FDCAN_RxFifo1Callback(FDCAN_HandleTypeDef *can, uint32_t which);
 void OPTIONAL HAL_FDCAN_MspInit(FDCAN_HandleTypeDef *can);
@@ -79,14 +82,17 @@ HAL_StatusTypeDef HAL_CAN_AddTxMessage(
     if (header->DLC > 8)
         return HAL_ERROR;
     if (mailbox)
-        *mailbox = CAN_TX_MAILBOX0;
+        *mailbox = CAN_TX_MAILBOX0 << can->wb_sent % MAILBOXES;
     if (!is_the_bus(can))
         return HAL_OK; /* another bus, with nobody on it; or not started: it waits in its mailbox for ever */
     if (header->IDE != CAN_ID_STD || header->RTR != CAN_RTR_DATA) {
         wb_note_once("an extended or remote CAN frame was sent; the motors' bus carries none, and it is left out");
         return HAL_OK;
     }
-    return wb_can_write((uint16_t)header->StdId, data, (uint8_t)header->DLC) ? HAL_OK : HAL_ERROR;
+    if (!wb_can_write((uint16_t)header->StdId, data, (uint8_t)header->DLC))
+        return HAL_ERROR;
+    can->wb_sent++;
+    return HAL_OK;
 }
 
 HAL_StatusTypeDef HAL_CAN_GetRxMessage(CAN_HandleTypeDef *can, uint32_t fifo, CAN_RxHeaderTypeDef *header, uint8_t data[]) {
@@ -135,6 +141,12 @@ HAL_StatusTypeDef HAL_CAN_RegisterCallback(
         can->RxFifo0MsgPendingCallback = call;
     else if (which == HAL_CAN_RX_FIFO1_MSG_PENDING_CB_ID)
         can->RxFifo1MsgPendingCallback = call;
+    else if (which == HAL_CAN_TX_MAILBOX0_COMPLETE_CB_ID)
+        can->TxMailbox0CompleteCallback = call;
+    else if (which == HAL_CAN_TX_MAILBOX1_COMPLETE_CB_ID)
+        can->TxMailbox1CompleteCallback = call;
+    else if (which == HAL_CAN_TX_MAILBOX2_COMPLETE_CB_ID)
+        can->TxMailbox2CompleteCallback = call;
     return HAL_OK;
 }
 
@@ -271,12 +283,28 @@ static void fdcan_interrupts(const struct wb_input *input) {
     }
 }
 
+/* What was sent in the millisecond that is over has left its mailbox. */
+static void sent_interrupts(CAN_HandleTypeDef *can) {
+    uint32_t sent = can->wb_sent;
+    can->wb_sent = 0; /* a callback may send again */
+    for (uint32_t i = 0; i < sent && can->wb_notifications & CAN_IT_TX_MAILBOX_EMPTY; i++) {
+        if (i % MAILBOXES == 0)
+            WB_CALL(can->TxMailbox0CompleteCallback, HAL_CAN_TxMailbox0CompleteCallback, can);
+        else if (i % MAILBOXES == 1)
+            WB_CALL(can->TxMailbox1CompleteCallback, HAL_CAN_TxMailbox1CompleteCallback, can);
+        else
+            WB_CALL(can->TxMailbox2CompleteCallback, HAL_CAN_TxMailbox2CompleteCallback, can);
+    }
+}
+
 void wb_can_interrupts(const struct wb_input *input) {
     CAN_HandleTypeDef *can = wb_hal_can;
     if (wb_hal_fdcan) {
         fdcan_interrupts(input);
         return;
     }
+    if (can)
+        sent_interrupts(can);
     uint32_t wanted = wb_hal_fifo == CAN_RX_FIFO0 ? CAN_IT_RX_FIFO0_MSG_PENDING : CAN_IT_RX_FIFO1_MSG_PENDING;
     for (int i = 0; i < input->frame_count; i++) {
         if (can && can->State != HAL_CAN_STATE_LISTENING)

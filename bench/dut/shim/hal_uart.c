@@ -143,6 +143,10 @@ HAL_StatusTypeDef HAL_UART_AbortReceive_IT(UART_HandleTypeDef *uart) {
     return HAL_UART_AbortReceive(uart);
 }
 
+HAL_StatusTypeDef HAL_UART_Abort(UART_HandleTypeDef *uart) {
+    return HAL_UART_AbortReceive(uart);
+}
+
 HAL_StatusTypeDef HAL_UART_DMAStop(UART_HandleTypeDef *uart) {
     return HAL_UART_AbortReceive(uart);
 }

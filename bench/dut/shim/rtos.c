@@ -549,6 +549,11 @@ void wb_rtos_assert(const char *file, int line, const char *truth) {
     wb_fault(WB_FAULT_ASSERT, text);
 }
 
+/* What a generator's SysTick_Handler calls: the bench tells the scheduler of ticks itself. */
+void xPortSysTickHandler(void) {}
+void osSystickHandler(void);
+void osSystickHandler(void) {}
+
 void *pvPortMalloc(size_t size) {
     return malloc(size);
 }

@@ -234,7 +234,7 @@ typedef struct {
 #define osKernelSysTickFrequency 1000U
 #define osKernelSysTickMicroSec(us) ((uint32_t)((uint64_t)(us) * osKernelSysTickFrequency / 1000000U))
 #define osKernelRunning() ((int32_t)(osKernelGetState() >= osKernelRunning)) /* without brackets a state of version 2 */
-#define osSystickHandler() ((void)0) /* the bench has its own */
+void osSystickHandler(void);
 osThreadId osThreadCreate(const osThreadDef_t *definition, void *given);
 osStatus osThreadIsSuspended(osThreadId thread);
 osStatus osThreadSuspendAll(void);

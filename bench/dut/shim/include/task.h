@@ -49,7 +49,7 @@ void taskEXIT_CRITICAL(void);
 #define portENABLE_INTERRUPTS() taskEXIT_CRITICAL()
 #define portSET_INTERRUPT_MASK_FROM_ISR() 0U
 #define portCLEAR_INTERRUPT_MASK_FROM_ISR(mask) ((void)(mask))
-#define xPortSysTickHandler() ((void)0) /* the bench has its own */
+void xPortSysTickHandler(void);
 #define taskENTER_CRITICAL_FROM_ISR() 0U
 #define taskEXIT_CRITICAL_FROM_ISR(mask) ((void)(mask))
 void vTaskSuspendAll(void);

@@ -55,6 +55,9 @@ enum {
     GPIO_MODE_IT_RISING_FALLING = 0x310000
 };
 
+WB_DOES_NOTHING(HAL_GPIO_EXTI_IRQHandler, uint16_t pin WB_UNUSED)
+void HAL_GPIO_EXTI_Callback(uint16_t pin); /* the firmware's own; nobody presses a key */
+
 /* --- DMA: of a UART it is the UART's; nothing else has any -------------------------------------------------------- */
 
 enum {
@@ -200,6 +203,13 @@ void HAL_TIM_MspPostInit(TIM_HandleTypeDef *timer);
 #define __HAL_TIM_SetCompare __HAL_TIM_SET_COMPARE
 #define __HAL_TIM_SET_COUNTER(handle, value) ((void)(handle), (void)(value))
 #define __HAL_TIM_GET_COUNTER(handle) ((void)(handle), 0U)
+#define __HAL_TIM_PRESCALER(handle, value) ((void)(handle), (void)(value))
+#define __HAL_TIM_SET_PRESCALER __HAL_TIM_PRESCALER
+#define __HAL_TIM_SetCounter __HAL_TIM_SET_COUNTER
+#define __HAL_TIM_GetCounter __HAL_TIM_GET_COUNTER
+#define __HAL_TIM_SetAutoreload __HAL_TIM_SET_AUTORELOAD
+#define __HAL_TIM_ENABLE(handle) ((void)(handle))
+#define __HAL_TIM_DISABLE(handle) ((void)(handle))
 #define __HAL_TIM_SET_AUTORELOAD(handle, value) ((void)(handle), (void)(value))
 #define __HAL_TIM_CLEAR_FLAG(handle, which) ((void)(handle))
 #define __HAL_TIM_CLEAR_IT(handle, which) ((void)(handle))

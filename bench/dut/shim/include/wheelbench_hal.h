@@ -27,6 +27,13 @@ extern "C" {
 #ifndef __WEAK
 #define __WEAK __attribute__((weak))
 #endif
+#ifndef __packed
+#define __packed __attribute__((packed))
+#endif
+#ifndef __ALIGN_BEGIN
+#define __ALIGN_BEGIN
+#define __ALIGN_END __attribute__((aligned(4)))
+#endif
 #ifndef __STATIC_INLINE
 #define __STATIC_INLINE static inline
 #endif
@@ -46,6 +53,8 @@ typedef enum { RESET = 0, SET = 1 } FlagStatus, ITStatus;
 typedef enum { DISABLE = 0, ENABLE = 1 } FunctionalState;
 typedef enum { ERROR = 0, SUCCESS = 1 } ErrorStatus;
 #define HAL_MAX_DELAY 0xFFFFFFFFU
+#define __HAL_LOCK(handle) ((void)(handle))
+#define __HAL_UNLOCK(handle) ((void)(handle))
 
 /* --- the processor ------------------------------------------------------------------------------------------------ */
 
@@ -124,6 +133,8 @@ static inline HAL_StatusTypeDef HAL_RCCEx_PeriphCLKConfig(const RCC_PeriphCLKIni
     return HAL_OK;
 }
 #define HAL_RCC_GetHCLKFreq() SystemCoreClock
+#define HAL_RCC_GetPCLK1Freq() (SystemCoreClock / 4)
+#define HAL_RCC_GetPCLK2Freq() (SystemCoreClock / 2)
 #define HAL_RCC_GetSysClockFreq() SystemCoreClock
 WB_SUCCEEDS(HAL_PWREx_EnableOverDrive, void)
 #define __HAL_PWR_VOLTAGESCALING_CONFIG(scale) ((void)(scale))
@@ -276,6 +287,11 @@ WB_SUCCEEDS(HAL_UARTEx_DisableFifoMode, UART_HandleTypeDef *uart WB_UNUSED)
 #define __HAL_UART_DISABLE_IT(handle, which) ((void)(handle))
 #define __HAL_UART_CLEAR_OREFLAG(handle) ((void)(handle))
 #define __HAL_UART_CLEAR_IDLEFLAG(handle) ((void)(handle))
+#define __HAL_UART_CLEAR_PEFLAG(handle) ((void)(handle))
+#define __HAL_UART_CLEAR_FEFLAG(handle) ((void)(handle))
+#define __HAL_UART_CLEAR_NEFLAG(handle) ((void)(handle))
+#define __HAL_UART_ENABLE(handle) ((void)(handle))
+#define __HAL_UART_DISABLE(handle) ((void)(handle))
 #define __HAL_DMA_DISABLE_IT(handle, which) wb_dma_tells(handle, which, 0)
 #define __HAL_DMA_ENABLE_IT(handle, which) wb_dma_tells(handle, which, 1)
 static inline void wb_dma_tells(DMA_HandleTypeDef *dma, uint32_t which, int on) {
@@ -302,6 +318,8 @@ HAL_StatusTypeDef HAL_UART_RegisterCallback(
     UART_HandleTypeDef *uart, HAL_UART_CallbackIDTypeDef which, void (*call)(UART_HandleTypeDef *));
 HAL_StatusTypeDef HAL_UART_RegisterRxEventCallback(
     UART_HandleTypeDef *uart, void (*call)(UART_HandleTypeDef *, uint16_t));
+HAL_StatusTypeDef HAL_UART_Abort(UART_HandleTypeDef *uart);
+#define HAL_UART_GetError(uart) ((uart)->ErrorCode)
 HAL_UART_StateTypeDef HAL_UART_GetState(const UART_HandleTypeDef *uart);
 void HAL_UART_IRQHandler(UART_HandleTypeDef *uart);
 /* The firmware's own: */
@@ -332,9 +350,13 @@ typedef struct __CAN_HandleTypeDef {
     __IO uint32_t State, ErrorCode;
     void (*RxFifo0MsgPendingCallback)(struct __CAN_HandleTypeDef *can);
     void (*RxFifo1MsgPendingCallback)(struct __CAN_HandleTypeDef *can);
-    uint32_t wb_notifications;
+    void (*TxMailbox0CompleteCallback)(struct __CAN_HandleTypeDef *can);
+    void (*TxMailbox1CompleteCallback)(struct __CAN_HandleTypeDef *can);
+    void (*TxMailbox2CompleteCallback)(struct __CAN_HandleTypeDef *can);
+    uint32_t wb_notifications, wb_sent;
 } CAN_HandleTypeDef;
 typedef enum {
+    HAL_CAN_TX_MAILBOX0_COMPLETE_CB_ID = 0, HAL_CAN_TX_MAILBOX1_COMPLETE_CB_ID, HAL_CAN_TX_MAILBOX2_COMPLETE_CB_ID,
     HAL_CAN_RX_FIFO0_MSG_PENDING_CB_ID = 6, HAL_CAN_RX_FIFO0_FULL_CB_ID, HAL_CAN_RX_FIFO1_MSG_PENDING_CB_ID,
     HAL_CAN_RX_FIFO1_FULL_CB_ID, HAL_CAN_ERROR_CB_ID = 12
 } HAL_CAN_CallbackIDTypeDef;
@@ -354,7 +376,8 @@ enum {
     CAN_FILTER_FIFO0 = 0, CAN_FILTER_FIFO1 = 1, CAN_FILTERMODE_IDMASK = 0, CAN_FILTERMODE_IDLIST = 1,
     CAN_FILTERSCALE_16BIT = 0, CAN_FILTERSCALE_32BIT = 1, CAN_FILTER_DISABLE = 0, CAN_FILTER_ENABLE = 1,
     CAN_IT_TX_MAILBOX_EMPTY = 1, CAN_IT_RX_FIFO0_MSG_PENDING = 2, CAN_IT_RX_FIFO1_MSG_PENDING = 16, CAN_IT_BUSOFF = 0x400,
-    CAN_IT_ERROR = 0x8000, CAN_IT_LAST_ERROR_CODE = 0x800, CAN_IT_ERROR_WARNING = 0x100, CAN_IT_ERROR_PASSIVE = 0x200,
+    CAN_IT_ERROR = 0x8000, CAN_IT_RX_FIFO0_FULL = 4, CAN_IT_RX_FIFO0_OVERRUN = 8, CAN_IT_RX_FIFO1_FULL = 32,
+    CAN_IT_RX_FIFO1_OVERRUN = 64, CAN_IT_WAKEUP = 0x10000, CAN_IT_LAST_ERROR_CODE = 0x800, CAN_IT_ERROR_WARNING = 0x100, CAN_IT_ERROR_PASSIVE = 0x200,
     CAN_TX_MAILBOX0 = 1, CAN_TX_MAILBOX1 = 2, CAN_TX_MAILBOX2 = 4,
     CAN_MODE_NORMAL = 0, CAN_MODE_LOOPBACK = 0x40000000, CAN_SJW_1TQ = 0, CAN_SJW_2TQ = 0x1000000,
     CAN_BS1_1TQ = 0, CAN_BS1_6TQ = 5 << 16, CAN_BS1_9TQ = 8 << 16, CAN_BS1_10TQ = 9 << 16, CAN_BS1_11TQ = 10 << 16,
@@ -376,12 +399,18 @@ uint32_t HAL_CAN_GetRxFifoFillLevel(const CAN_HandleTypeDef *can, uint32_t fifo)
 uint32_t HAL_CAN_IsTxMessagePending(const CAN_HandleTypeDef *can, uint32_t mailboxes);
 uint32_t HAL_CAN_GetState(const CAN_HandleTypeDef *can);
 uint32_t HAL_CAN_GetError(const CAN_HandleTypeDef *can);
+WB_SUCCEEDS(HAL_CAN_ResetError, CAN_HandleTypeDef *can WB_UNUSED)
+WB_SUCCEEDS(HAL_CAN_AbortTxRequest, CAN_HandleTypeDef *can WB_UNUSED, uint32_t mailboxes WB_UNUSED)
 HAL_StatusTypeDef HAL_CAN_RegisterCallback(
     CAN_HandleTypeDef *can, HAL_CAN_CallbackIDTypeDef which, void (*call)(CAN_HandleTypeDef *));
 void HAL_CAN_IRQHandler(CAN_HandleTypeDef *can);
 /* The firmware's own: */
 void HAL_CAN_RxFifo0MsgPendingCallback(CAN_HandleTypeDef *can);
 void HAL_CAN_RxFifo1MsgPendingCallback(CAN_HandleTypeDef *can);
+void HAL_CAN_TxMailbox0CompleteCallback(CAN_HandleTypeDef *can);
+void HAL_CAN_TxMailbox1CompleteCallback(CAN_HandleTypeDef *can);
+void HAL_CAN_TxMailbox2CompleteCallback(CAN_HandleTypeDef *can);
+void HAL_CAN_ErrorCallback(CAN_HandleTypeDef *can);
 
 /* --- FDCAN, for classic frames ------------------------------------------------------------------------------------ */
 
