@@ -369,6 +369,74 @@ def test_a_line_is_idle_once_and_only_after_a_byte(tmp_path):
     assert told == [[], [4], [], [], [], [1], [], []]
 
 
+BY_HAND = """
+    #include "stm32f4xx_hal.h"
+    extern UART_HandleTypeDef huart3;
+    extern CAN_HandleTypeDef hcan1;
+    static DMA_HandleTypeDef dma = {.Init.Mode = DMA_CIRCULAR};
+    static uint8_t in[8];
+    static void report(int what) {
+        CAN_TxHeaderTypeDef header = {.StdId = what, .DLC = 8};
+        HAL_CAN_AddTxMessage(&hcan1, &header, in, 0);
+    }
+    void HANDLER(void) {
+        if (!__HAL_UART_GET_FLAG(&huart3, UART_FLAG_IDLE) || !__HAL_UART_GET_IT_SOURCE(&huart3, UART_IT_IDLE)) return;
+        __HAL_UART_CLEAR_IDLEFLAG(&huart3);
+        if (__HAL_UART_GET_FLAG(&huart3, UART_FLAG_IDLE)) return;
+        report(0x100 + sizeof in - __HAL_DMA_GET_COUNTER(&dma));
+        __HAL_DMA_DISABLE(&dma);
+        __HAL_DMA_SET_COUNTER(&dma, sizeof in);
+        __HAL_DMA_ENABLE(&dma);
+    }
+    int main(void) {
+        HAL_CAN_Start(&hcan1);
+        __HAL_LINKDMA(&huart3, hdmarx, dma);
+        HAL_UART_Receive_DMA(&huart3, in, sizeof in);
+        HAL_Delay(3);                                                 /* nobody has asked to be told */
+        __HAL_UART_ENABLE_IT(&huart3, UART_IT_IDLE);
+        HAL_Delay(6);
+        __HAL_UART_DISABLE_IT(&huart3, UART_IT_IDLE);
+        for (;;) __WFI();
+    }
+    """
+
+
+@pytest.mark.parametrize("handler", ["USART3_IRQHandler", "UART3_IRQHandler", "HAL_nobody"])
+def test_an_idle_line_is_told_to_a_handler_of_the_teams_own(tmp_path, handler):
+    base = firmware_of(made(tmp_path, BY_HAND.replace("HANDLER", handler), '[wires]\nrc = "huart3"\ncan = "hcan1"\n'))()
+    line = {1: b"ab", 4: b"cde", 5: b"f", 7: b"gh", 11: b"ij"}
+    sent = [(tick, *frame) for tick in range(14) for frame in base.step(tick, line.get(tick, b""), b"", ())[0]]
+    told = [(6, 0x106, b"abcdef\0\0"), (8, 0x102, b"ghcdef\0\0")]
+    assert sent == ([] if handler == "HAL_nobody" else told)
+    assert ("no source has the UART's interrupt handler" in base.output()) is (handler == "HAL_nobody")
+
+
+def test_init_keeps_the_handlers_where_an_idle_line_is_heard_and_the_hals_ticks_go_on(tmp_path):
+    """As a generator has it where the HAL's ticks come from a timer: SysTick is the scheduler's."""
+    (tmp_path / "main.c").write_text(
+        '#include "stm32f4xx_hal.h"\n#include "cmsis_os.h"\nUART_HandleTypeDef huart3;\nCAN_HandleTypeDef hcan1;\n'
+        "static void run(void const *unused) { for (;;) osDelay(1000); }\n"
+        "int main(void) {\n    CAN_TxHeaderTypeDef header = {.StdId = 0x123};\n    HAL_CAN_Start(&hcan1);\n"
+        "    __HAL_UART_ENABLE_IT(&huart3, UART_IT_IDLE);\n    HAL_Delay(3);\n"
+        '    HAL_CAN_AddTxMessage(&hcan1, &header, (const uint8_t *)"", 0);\n'
+        "    osThreadDef(run, run, osPriorityNormal, 0, 128);\n    osThreadCreate(osThread(run), NULL);\n"
+        "    osKernelStart();\n}\n"
+    )
+    (tmp_path / "stm32f4xx_it.c").write_text(
+        '#include "stm32f4xx_hal.h"\n#include "FreeRTOS.h"\n#include "task.h"\nextern UART_HandleTypeDef huart3;\n'
+        "extern TIM_HandleTypeDef htim14;\nextern PCD_HandleTypeDef hpcd_USB_OTG_FS;\n"
+        "void SysTick_Handler(void) {\n"
+        "    if (xTaskGetSchedulerState() != taskSCHEDULER_NOT_STARTED) xPortSysTickHandler();\n}\n"
+        "void TIM8_TRG_COM_TIM14_IRQHandler(void) { HAL_TIM_IRQHandler(&htim14); }\n"
+        "void OTG_FS_IRQHandler(void) { HAL_PCD_IRQHandler(&hpcd_USB_OTG_FS); }\n"
+        "void USART3_IRQHandler(void) { HAL_UART_IRQHandler(&huart3); }\n"
+    )
+    start(tmp_path)
+    assert "htim14" not in (tmp_path / "wheelbench.toml").read_text(), "no timer that calls anything back"
+    base = firmware_of(tmp_path / "wheelbench.toml")()
+    assert [tick for tick in range(9) if base.step(tick, b"", b"", ())[0]] == [4]
+
+
 def test_the_other_fifo_three_mailboxes_and_what_the_bus_does_not_carry(tmp_path):
     source = """
         #include "stm32f4xx_hal.h"

@@ -20,6 +20,11 @@ _TEMPLATES = Path(__file__).parent / "templates"
 _NOT_THEIRS = re.compile(
     r"(stm32\w*_(hal(?!_msp\.c)|ll|it)\w*|system_stm32\w*|startup\w*|syscalls|sysmem|usbd_\w+|usb_device|wheelbench_port)\.c"
 )
+# But for the file of interrupt handlers, where a UART's idle line is heard in one of them.
+_HANDLERS = re.compile(r"stm32\w*_it\.c")
+_ASKS_IDLE = re.compile(r"\bUART_IT_IDLE\b")
+_UARTS_HANDLER = re.compile(r"\bUS?ART\d+_IRQHandler\s*\(")
+_EXTERN = re.compile(r"\bextern\s+(\w+_HandleTypeDef)\s+(\w+)\s*;")
 _NOT_FOLDERS = {"Drivers", "Middlewares", "USB_DEVICE", "build", "Debug", "Release", "test", "tests"}
 _MOST_FILES = 500
 _HANDLE = r"(?:^|[;{{])\s*(?:extern\s+(?:\"C\"\s+)?)?{}_HandleTypeDef\s+(\w+(?:\s*,\s*\w+)*)(?=\s*[;=])"
@@ -58,6 +63,8 @@ class Found:
     style: str
     has_main: bool
     has_setup: bool
+    missing: tuple[str, ...] = ()
+    """Handles that its interrupt handlers speak of and no source defines, as C: "TIM_HandleTypeDef htim14;"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +89,8 @@ def start(folder: Path, style: str | None = None) -> Started:
         texts[STARTER] = _template("starter")
     else:
         texts[PORT] = _template("superloop" if chosen == "superloop" else "board")
+        if found.missing:
+            texts[PORT] += "\n".join(["\n/* Your interrupt handlers speak of them. */", *found.missing, ""])
     texts[PROJECT] = project_toml(spelt(folder.resolve().name), found, chosen)
     for name in texts:
         if (folder / name).exists():
@@ -103,8 +112,7 @@ def look(folder: Path) -> Found:
     """Read the C files of a folder, as far as is good for a guess."""
     files = sorted(path for path in _walk(folder) if path.suffix in (*C_ENDINGS, ".h", ".hpp"))[:_MOST_FILES]
     code = [path for path in files if path.suffix in C_ENDINGS]
-    kept = [path for path in code if not _NOT_THEIRS.fullmatch(path.name)]
-    text = "\n".join(path.read_text(encoding="utf-8", errors="replace") for path in kept)
+    kept, text, missing = _kept(code)
     handles, cans, fdcans, timers = (_names(text, kind) for kind in ("UART", "CAN", "FDCAN", "TIM"))
     consoles = tuple(name for name in handles if name in _CONSOLE.findall(text))
     heard = tuple(dict.fromkeys(_RECEIVES.findall(text)))
@@ -126,11 +134,32 @@ def look(folder: Path) -> Found:
         receiver=_receiver(text, kept),
         cans=cans,
         fdcans=fdcans,
-        timers=timers,
+        timers=tuple(name for name in timers if name not in missing),
         style=style,
         has_main=bool(re.search(r"^\s*(int|void)\s+main\s*\(", text, re.MULTILINE)),
         has_setup=bool(re.search(r"^\s*void\s+setup\s*\(", text, re.MULTILINE)),
+        missing=tuple(f"{kind} {name};" for name, kind in missing.items()),
     )
+
+
+def _kept(code: Sequence[Path]) -> tuple[list[Path], str, dict[str, str]]:
+    """Which of the sources are the team's, all that they say, and {name: type} of handles that nobody defines."""
+    kept = [path for path in code if not _NOT_THEIRS.fullmatch(path.name)]
+    handlers = [path for path in code if _HANDLERS.fullmatch(path.name)]
+    own, of_handlers = ("".join(f"{_read(path)}\n" for path in paths) for paths in (kept, handlers))
+    if not _ASKS_IDLE.search(own + of_handlers) or _UARTS_HANDLER.search(own):
+        return kept, own, {}
+    defined = _EXTERN.sub("", own)
+    missing = {
+        name: kind
+        for kind, name in _EXTERN.findall(of_handlers)
+        if not re.search(rf"\b{kind}\b[^;()]*\b{name}\b", defined)
+    }
+    return sorted([*kept, *handlers]), own + of_handlers, missing
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="replace")
 
 
 def _receiver(text: str, files: Sequence[Path]) -> str:

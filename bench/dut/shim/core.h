@@ -53,6 +53,7 @@ void wb_fault(enum wb_fault reason, const char *text) __attribute__((noreturn));
 /* Of the others, called by the core. */
 void wb_hal_interrupts(const struct wb_input *input);
 void wb_rtos_after_tick(void);
+extern int wb_rtos_was_asked; /* a SysTick_Handler has spoken to the scheduler */
 
 /* Of wires.c, which the bench writes from the project's TOML file. */
 extern const long wb_blocks_per_ms;

@@ -21,6 +21,15 @@ void OPTIONAL HAL_UART_RxHalfCpltCallback(UART_HandleTypeDef *uart);
 void OPTIONAL HAL_UARTEx_RxEventCallback(UART_HandleTypeDef *uart, uint16_t size);
 void OPTIONAL HAL_UART_MspInit(UART_HandleTypeDef *uart);
 
+/* USART3's, which is UART3's elsewhere: whichever the firmware has. */
+#define HANDLERS(number) {USART##number##_IRQHandler, UART##number##_IRQHandler}
+#define DECLARED(number) void OPTIONAL USART##number##_IRQHandler(void); void OPTIONAL UART##number##_IRQHandler(void);
+DECLARED(1) DECLARED(2) DECLARED(3) DECLARED(4) DECLARED(5) DECLARED(6) DECLARED(7) DECLARED(8) DECLARED(9) DECLARED(10)
+static void (*const handlers[][2])(void) = {
+    {NULL, NULL}, HANDLERS(1), HANDLERS(2), HANDLERS(3), HANDLERS(4), HANDLERS(5), HANDLERS(6), HANDLERS(7), HANDLERS(8),
+    HANDLERS(9), HANDLERS(10),
+};
+
 static int wire_of(const UART_HandleTypeDef *uart) {
     for (int wire = 0; wire < WB_UARTS; wire++)
         if (wb_hal_uarts[wire] == uart)
@@ -214,6 +223,27 @@ static void uart_byte(int wire, UART_HandleTypeDef *uart, uint8_t byte) {
         tell(uart, HAL_UART_RXEVENT_HT);
 }
 
+FlagStatus wb_uart_flag(const UART_HandleTypeDef *uart, uint32_t which) {
+    wb_poll();
+    if (which == UART_FLAG_IDLE)
+        return uart->wb_is_idle ? SET : RESET;
+    return which == UART_FLAG_TC || which == UART_FLAG_TXE ? (uart->wb_sent ? RESET : SET) : RESET;
+}
+
+/* The line is idle, and the firmware has asked to be told in its own handler. */
+static void idle_interrupt(UART_HandleTypeDef *uart) {
+    size_t number = (size_t)(uart->Instance - wb_usart);
+    int is_one = number < sizeof handlers / sizeof *handlers;
+    uart->wb_is_idle = 1;
+    if (is_one && handlers[number][0])
+        handlers[number][0]();
+    else if (is_one && handlers[number][1])
+        handlers[number][1]();
+    else
+        wb_note_once("UART_IT_IDLE is asked for, and no source has the UART's interrupt handler (USART3_IRQHandler or the "
+                     "like): put the file that has it, stm32..._it.c perhaps, among sources");
+}
+
 void wb_uart_interrupts(int wire, const struct wb_input *input) {
     UART_HandleTypeDef *uart = wb_hal_uarts[wire];
     for (int i = 0; i < input->counts[wire]; i++)
@@ -224,6 +254,8 @@ void wb_uart_interrupts(int wire, const struct wb_input *input) {
         heard[wire] = 0;
         if (uart && uart->RxState == HAL_UART_STATE_BUSY_RX && uart->wb_to_idle && uart->RxXferCount != uart->RxXferSize)
             tell(uart, HAL_UART_RXEVENT_IDLE);
+        else if (uart && uart->wb_asks_idle)
+            idle_interrupt(uart);
     }
 }
 

@@ -237,6 +237,7 @@ void vTaskList(char *to) {
 }
 
 BaseType_t xTaskGetSchedulerState(void) {
+    wb_rtos_was_asked = 1;
     if (!is_running)
         return taskSCHEDULER_NOT_STARTED;
     return suspended ? taskSCHEDULER_SUSPENDED : taskSCHEDULER_RUNNING;
@@ -550,9 +551,16 @@ void wb_rtos_assert(const char *file, int line, const char *truth) {
 }
 
 /* What a generator's SysTick_Handler calls: the bench tells the scheduler of ticks itself. */
-void xPortSysTickHandler(void) {}
+int wb_rtos_was_asked;
+
+void xPortSysTickHandler(void) {
+    wb_rtos_was_asked = 1;
+}
+
 void osSystickHandler(void);
-void osSystickHandler(void) {}
+void osSystickHandler(void) {
+    xPortSysTickHandler();
+}
 
 void *pvPortMalloc(size_t size) {
     return malloc(size);

@@ -58,6 +58,13 @@ enum {
 WB_DOES_NOTHING(HAL_GPIO_EXTI_IRQHandler, uint16_t pin WB_UNUSED)
 void HAL_GPIO_EXTI_Callback(uint16_t pin); /* the firmware's own; nobody presses a key */
 
+/* --- the chip's own USB port: see usb_device.h -------------------------------------------------------------------- */
+
+typedef struct {
+    void *Instance;
+} PCD_HandleTypeDef;
+WB_DOES_NOTHING(HAL_PCD_IRQHandler, PCD_HandleTypeDef *usb WB_UNUSED)
+
 /* --- DMA: of a UART it is the UART's; nothing else has any -------------------------------------------------------- */
 
 enum {
@@ -73,6 +80,10 @@ WB_SUCCEEDS(HAL_DMA_DeInit, DMA_HandleTypeDef *dma WB_UNUSED)
 WB_DOES_NOTHING(HAL_DMA_IRQHandler, DMA_HandleTypeDef *dma WB_UNUSED)
 #define __HAL_DMA_GET_COUNTER(handle) wb_dma_left(handle)
 uint32_t wb_dma_left(const DMA_HandleTypeDef *dma);
+#define __HAL_DMA_SET_COUNTER(handle, count) wb_dma_restart(handle, count)
+void wb_dma_restart(const DMA_HandleTypeDef *dma, uint32_t count);
+#define __HAL_DMA_ENABLE(handle) ((void)(handle))
+#define __HAL_DMA_DISABLE(handle) ((void)(handle))
 
 /* --- ADC ---------------------------------------------------------------------------------------------------------- */
 

@@ -263,7 +263,7 @@ typedef struct __UART_HandleTypeDef {
     void (*RxHalfCpltCallback)(struct __UART_HandleTypeDef *uart);
     void (*TxCpltCallback)(struct __UART_HandleTypeDef *uart);
     void (*RxEventCallback)(struct __UART_HandleTypeDef *uart, uint16_t size);
-    uint8_t wb_by_dma, wb_to_idle, wb_sent;
+    uint8_t wb_by_dma, wb_to_idle, wb_sent, wb_asks_idle, wb_is_idle;
 } UART_HandleTypeDef;
 typedef enum {
     HAL_UART_TX_HALFCOMPLETE_CB_ID = 0, HAL_UART_TX_COMPLETE_CB_ID, HAL_UART_RX_HALFCOMPLETE_CB_ID, HAL_UART_RX_COMPLETE_CB_ID,
@@ -277,16 +277,24 @@ enum {
     HAL_UART_ERROR_NONE = 0, HAL_UART_ERROR_ORE = 8, HAL_UART_RECEPTION_STANDARD = 0, HAL_UART_RECEPTION_TOIDLE = 1,
     HAL_UART_RXEVENT_TC = 0, HAL_UART_RXEVENT_HT = 1, HAL_UART_RXEVENT_IDLE = 2,
     UART_IT_RXNE = 0x20, UART_IT_IDLE = 0x10, UART_FLAG_ORE = 8, UART_FLAG_IDLE = 0x10, UART_FLAG_RXNE = 0x20,
+    UART_FLAG_PE = 1, UART_FLAG_FE = 2, UART_FLAG_NE = 4, UART_FLAG_TC = 0x40, UART_FLAG_TXE = 0x80, UART_IT_TC = 0x40, UART_IT_TXE = 0x80,
+    UART_IT_PE = 0x100, UART_IT_ERR = 0x200, UART_CLEAR_PEF = 1, UART_CLEAR_FEF = 2, UART_CLEAR_NEF = 4, UART_CLEAR_OREF = 8, UART_CLEAR_IDLEF = 0x10,
     DMA_IT_HT = 8, DMA_IT_TC = 16, DMA_NORMAL = 0, DMA_CIRCULAR = 0x100
 };
 WB_SUCCEEDS(HAL_UARTEx_SetTxFifoThreshold, UART_HandleTypeDef *uart WB_UNUSED, uint32_t level WB_UNUSED)
 WB_SUCCEEDS(HAL_UARTEx_SetRxFifoThreshold, UART_HandleTypeDef *uart WB_UNUSED, uint32_t level WB_UNUSED)
 WB_SUCCEEDS(HAL_UARTEx_EnableFifoMode, UART_HandleTypeDef *uart WB_UNUSED)
 WB_SUCCEEDS(HAL_UARTEx_DisableFifoMode, UART_HandleTypeDef *uart WB_UNUSED)
-#define __HAL_UART_ENABLE_IT(handle, which) ((void)(handle))
-#define __HAL_UART_DISABLE_IT(handle, which) ((void)(handle))
+/* Of a UART's own interrupts, in USART1_IRQHandler and the like, the idle line's comes. */
+#define __HAL_UART_ENABLE_IT(handle, which) ((which) == UART_IT_IDLE ? (void)((handle)->wb_asks_idle = 1) : (void)0)
+#define __HAL_UART_DISABLE_IT(handle, which) ((which) == UART_IT_IDLE ? (void)((handle)->wb_asks_idle = 0) : (void)0)
+#define __HAL_UART_GET_IT_SOURCE(handle, which) ((which) == UART_IT_IDLE && (handle)->wb_asks_idle ? SET : RESET)
+#define __HAL_UART_GET_FLAG(handle, which) wb_uart_flag(handle, which)
+#define __HAL_UART_CLEAR_FLAG(handle, which) ((which) & UART_FLAG_IDLE ? (void)((handle)->wb_is_idle = 0) : (void)0)
+#define __HAL_UART_CLEAR_IT(handle, which) __HAL_UART_CLEAR_FLAG(handle, which)
+FlagStatus wb_uart_flag(const UART_HandleTypeDef *uart, uint32_t which);
 #define __HAL_UART_CLEAR_OREFLAG(handle) ((void)(handle))
-#define __HAL_UART_CLEAR_IDLEFLAG(handle) ((void)(handle))
+#define __HAL_UART_CLEAR_IDLEFLAG(handle) ((void)((handle)->wb_is_idle = 0))
 #define __HAL_UART_CLEAR_PEFLAG(handle) ((void)(handle))
 #define __HAL_UART_CLEAR_FEFLAG(handle) ((void)(handle))
 #define __HAL_UART_CLEAR_NEFLAG(handle) ((void)(handle))
