@@ -295,6 +295,38 @@ def test_why_motors_stand_still_under_a_base_that_is_armed_is_told_until_it_is_a
     escs.close()
 
 
+NO_RC = """schema = 1
+name = "no transmitter"
+robot = "slamware-b"
+seconds = 60.0
+""" + "".join(f"[[core]]\nat_s = {at_s}\nvx_mps = {vx_mps}\n" for at_s, vx_mps in ((0.1, 0.2), (3.0, 0.0), (3.5, 0.2)))
+
+
+def test_motors_of_a_robot_without_rc_move_as_its_core_asks_and_after_a_silence_when_it_has_stood(tmp_path):
+    """Nobody can disarm it: what has to be asked for first, before it moves again, is that it stands."""
+    (tmp_path / "no_rc.toml").write_text(NO_RC)
+    bench = ByHand(tmp_path / "no_rc.toml", "motors", can="can:virtual:roles-no-rc")
+    escs = EscsOnBus(load_robot("slamware-b"), open_can("escs", "can:virtual:roles-no-rc"))
+    plant = escs.motors.plant
+    bench.run(escs, 1000)
+    assert plant.twist.vx_mps > 0.1
+    bench.rig.watch_operator(1000, silent=True)
+    bench.run(escs, 100)
+    bench.rig.watch_operator(1100, silent=False)
+    bench.run(escs, 1700)
+    assert plant.twist.vx_mps == pytest.approx(0.0, abs=1e-3)
+    assert bench.rig.missing == ("real motors are held at zero: ask it to stand to go on",)
+    assert bench.rig.notices[-1] == (1100, "the operator is back; ask it to stand to go on")
+    bench.run(escs, 500)
+    assert bench.rig.missing == ()
+    assert plant.twist.vx_mps == pytest.approx(0.0, abs=1e-3)
+    bench.run(escs, 1200)
+    assert plant.twist.vx_mps > 0.1
+    bench.rig.close()
+    assert escs.bus.read()[-1] == (0x200, bytes(8))
+    escs.close()
+
+
 class Quiet:
     def step(self, tick):
         pass

@@ -19,7 +19,7 @@ from bench.rc.line import USUAL
 SILENT = TickInput(b"", ZERO_TWIST)
 """What enters while something is missing: no transmitter, and a core that wants to stand."""
 CLOSING_FRAMES = 3
-HELD = "real motors are held at zero: disarm and arm again to go on"
+HELD = "real motors are held at zero: {} to go on"
 
 
 class OutBus:
@@ -72,6 +72,9 @@ class Rig:
         """Real motors get no current until everything is there and the base is disarmed."""
         self.is_armed: Callable[[], bool] = lambda: False
         """Whether the base is armed, where somebody can tell."""
+        self.is_for_core_alone = False
+        """A robot without RC is armed for ever. It may go on when a standstill has been asked for."""
+        self._asked = ZERO_TWIST
         self._lost: dict[int, str] = {}
         self._flooded: set[int] = set()
 
@@ -83,16 +86,18 @@ class Rig:
     @property
     def missing(self) -> tuple[str, ...]:
         """The ports that are lost now, and why; or that motors stand still under a base that is armed."""
-        if self.holds_zero and not self.is_silent and self.is_armed():
-            return (HELD,)
+        if self.holds_zero and not self.is_silent and self._is_wanted():
+            return (HELD.format("ask it to stand" if self.is_for_core_alone else "disarm and arm again"),)
         return tuple(f"{self.ports[index].name}: {why}" for index, why in self._lost.items())
 
     def gated(self, inputs: Callable[[int], TickInput]) -> Callable[[int], TickInput]:
-        """The same inputs, but silence while something is missing."""
+        """The same inputs, but silence while something is missing, and while a robot without RC is held."""
 
         def given(tick: int) -> TickInput:
             entering = inputs(tick)
-            return SILENT if self.is_silent else entering
+            if entering.core_twist is not None:
+                self._asked = entering.core_twist
+            return SILENT if self.is_silent or (self.is_for_core_alone and self.holds_zero) else entering
 
         return given
 
@@ -116,7 +121,7 @@ class Rig:
         if self.limiter is not None:
             if self.is_silent:
                 self.holds_zero = True
-            elif self.holds_zero and not self.is_armed():
+            elif self.holds_zero and not self._is_wanted():
                 self.holds_zero = False
 
     def watch_operator(self, tick: int, silent: bool) -> None:
@@ -151,9 +156,15 @@ class Rig:
     def _back(self, tick: int, port: SerialPort | CanPort) -> None:
         self.notices.append((tick, f"{port.name}: back{self._again}"))
 
+    def _is_wanted(self) -> bool:
+        """Whether the robot would move on its own, were it let go."""
+        return self._asked != ZERO_TWIST if self.is_for_core_alone else self.is_armed()
+
     @property
     def _again(self) -> str:
-        return "; arm again to go on" if self.limiter is not None else ""
+        if self.limiter is None:
+            return ""
+        return "; ask it to stand to go on" if self.is_for_core_alone else "; arm again to go on"
 
     def serial(self, name: str, address: str, protocol: str | None = None) -> SerialPort | None:
         """Open a serial line of this rig; None for `sim:`."""

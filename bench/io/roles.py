@@ -147,7 +147,8 @@ def _motors(bench: Bench, rig: Rig, at: dict[str, str], armed: bool) -> Bench:
     bus = rig.can("--can", at["--can"])
     assert bus is not None
     rig.limiter = Limiter(robot)
-    rig.holds_zero = True
+    rig.is_for_core_alone = robot.rc is None
+    rig.holds_zero = not rig.is_for_core_alone  # that one moves when it is asked to, and --arm allows it
     base = bench.base
     if isinstance(base, Base):
         rig.is_armed = lambda: base.drive.armed
