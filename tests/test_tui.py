@@ -204,6 +204,7 @@ def test_a_replay_shows_where_it_is_and_that_it_is_identical(recorded, recorded_
     assert " ENDED" in text
     assert "golden    identical" in text
     assert "drove     " in text
+    assert "link      live from 0.00 s" in text
     session.key("p")
     assert "the run has ended" in words(session)
     assert not session.over

@@ -788,3 +788,15 @@ def test_from_close_by_the_whole_robot_is_there(name, across):
 
 def cells(line):
     return [(sign, role) for words, role in line for sign in words]
+
+
+@pytest.mark.parametrize("width", range(58, 82, 3))
+def test_a_number_and_its_unit_stay_together(width):
+    reason = "at most 0 of 28 mA in 0.7 s of standing, in 3 windows of 9 deg"
+    stood = AGREE[1]._replace(state="holds", reasons=(reason,))
+    rows = [text.plain(line) for line in draw("checks", scene(shown=Shown("checks"), agree=[stood]), width, 40)]
+    first = next(number for number, row in enumerate(rows) if stood.name in row)
+    told = rows[first : rows.index(" wires".ljust(width)) - 1]
+    assert len(told) > 1
+    assert not [row for row in told if re.search(r"\d$", row.rstrip())]
+    assert reason in " ".join(" ".join(told).split())

@@ -146,7 +146,7 @@ class Summary:
             )
         if self.link_changes and isinstance(run.bench.base, Base):
             changes = self.link_changes[:LINK_CHANGES_SHOWN]
-            yield "link      " + ", ".join(f"{at_s:.2f} s {state}" for at_s, state in changes)
+            yield "link      " + ", ".join(f"{state} from {at_s:.2f} s" for at_s, state in changes)
 
     def _in_place_of_ours(self, run: Run) -> Iterator[str]:
         """A printed form, or somebody's own base."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Iterator
 
@@ -12,6 +13,7 @@ from bench.screen.text import (
     BAD_BADGE,
     GOOD,
     LABEL,
+    NO_BREAK,
     PLAIN,
     TALLER,
     WARN,
@@ -33,6 +35,8 @@ _SIGNS = {
 }  # fmt: skip
 _AXES = ("forward", "left", "turn")
 _NAME_WIDTH = 21
+_UNIT = re.compile(r"(?<=\d) (?=[^\W\d])")
+"""Between a number and what it counts: they stay together."""
 ROOMY, APART, LOW = (99, 99, True, True), (99, 99, True, False), (9, 3, False, False)
 LOWEST = tuple((failed, 1, False, False) for failed in range(9, 0, -1))
 """How many lines the reason of a failed check gets, that of another one; whether sections stand apart, and whether time
@@ -157,7 +161,8 @@ def _wire_lamp(lamp: WireLamp, width: int, most: int) -> Iterator[Line]:
     parts: list[str] = []
     for reason in lamp.reasons:
         ahead = " " * ((0 if parts else beside) - below)
-        parts += textwrap.wrap(reason, max(12, width - below - 1), initial_indent=ahead)
+        rows = textwrap.wrap(_UNIT.sub(NO_BREAK, reason), max(12, width - below - 1), initial_indent=ahead)
+        parts += [row.replace(NO_BREAK, " ") for row in rows]
     if len(parts) > most and lamp.short:
         parts = [lamp.short]
     elif len(parts) > most:

@@ -30,7 +30,7 @@ Line: TypeAlias = list[Span]
 
 BLOCKS = " ▏▎▍▌▋▊▉█"
 _WORDS = itemgetter(0)
-ELLIPSIS = "…"
+ELLIPSIS, NO_BREAK = "…", "\N{NO-BREAK SPACE}"
 NAME_WIDTH = 12
 """Of a wheel's name."""
 TALLER = "a taller terminal shows them"
