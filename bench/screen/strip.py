@@ -21,8 +21,8 @@ from bench.screen.text import (
     width_of,
 )
 
-LEFT_WIDTH = 37
-"""Where the link stands, but for a longer reason on a wider screen."""
+GAP, LEFT_WIDTH = 2, 37
+"""Where the link stands, but for a longer reason on a wider screen: so far behind it."""
 
 
 def strip_rows(scene: Scene, width: int) -> int:
@@ -30,7 +30,7 @@ def strip_rows(scene: Scene, width: int) -> int:
     snapshot = scene.snapshot
     if snapshot.armed is not False:
         return 1
-    return 1 if width_of(_disarmed(snapshot)) + 1 + width_of(_link_and_sticks(snapshot)) <= width else 2
+    return 1 if width_of(_disarmed(snapshot)) + GAP + width_of(_link_and_sticks(snapshot)) <= width else 2
 
 
 def strip(scene: Scene, width: int, height: int) -> list[Line]:
@@ -45,7 +45,7 @@ def strip(scene: Scene, width: int, height: int) -> list[Line]:
     else:
         ways = [[*head, (f" {words}", PLAIN)] for words in who_drives(snapshot)]
     # Who drives gives way: the sticks are never cut.
-    column = max(LEFT_WIDTH, width_of(ways[0]) + 1)
+    column = max(LEFT_WIDTH, width_of(ways[0]) + GAP)
     room = min(column, width - width_of(right)) - 1
     left = first_that_fits(ways, room) or (ways[0] if snapshot.armed is False else head)
     return [_from(column, left, right, width)]
