@@ -800,3 +800,17 @@ def test_a_number_and_its_unit_stay_together(width):
     assert len(told) > 1
     assert not [row for row in told if re.search(r"\d$", row.rstrip())]
     assert reason in " ".join(" ".join(told).split())
+
+
+@pytest.mark.parametrize("size", [(60, 16), (60, 20), (80, 24), (120, 40)])
+@pytest.mark.parametrize("hands", [PAD, replace(PAD, pad=None)])
+def test_no_wheel_is_left_out_in_silence(size, hands):
+    """Under the mouse's sticks there are few rows: the heading goes before a wheel does."""
+    for count in (3, 4, 6):
+        names = tuple(f"wheel {letter}" for letter in "abcdef"[:count])
+        four = {f"wheel_{what}": (1.0,) * count for what in ("radps", "wanted_radps", "current_a")}
+        wheeled = replace(M2006, wheels=(M2006.wheels * 2)[:count])
+        rows = picture(scene(robot=wheeled, hands=hands, wheel_names=names, **four), *size)
+        there = sum(row.startswith(f" {name} ") for row in rows for name in names)
+        assert there == count or any(f"… {count - there} more lines: a taller terminal" in row for row in rows)
+        assert there == count or (hands is PAD and size[0] == 60), "only under the sticks, and on a low screen"

@@ -9,7 +9,20 @@ from bench.config import Wheel
 from bench.kinematics import Kinematics
 from bench.messages import FOREIGN_BASE, BodyTwist
 from bench.screen.scene import Scene
-from bench.screen.text import GOOD, LABEL, NAME_WIDTH, PLAIN, WARN, Line, fill_bar, short_names, signed, swing_bar
+from bench.screen.text import (
+    GOOD,
+    LABEL,
+    NAME_WIDTH,
+    PLAIN,
+    TALLER,
+    WARN,
+    Line,
+    cut_rows,
+    fill_bar,
+    short_names,
+    signed,
+    swing_bar,
+)
 
 AT_LIMIT = 0.98
 """Share of the current limit from which a wheel is said to be at it."""
@@ -65,7 +78,8 @@ def wheels(scene: Scene, width: int, height: int) -> list[Line]:
                 *([_slip(slip)] if slip_width else []),
             ]
         )
-    return lines
+    # A wheel matters more than the heading, and none is left out in silence.
+    return lines if len(lines) <= height else cut_rows(lines[1:], height, TALLER)
 
 
 def slips_mmps(wheels: tuple[Wheel, ...], twist: BodyTwist, wheel_radps: Sequence[float]) -> list[float]:
