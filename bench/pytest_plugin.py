@@ -246,7 +246,7 @@ def _unused(folder: Path, project: Path) -> list[str]:
     from bench.check.pinned import goldens
 
     return [
-        f"golden {_shown(golden.directory)}: {golden.damage or 'UNUSED: nothing is held against it; delete it'}"
+        f"golden {_shown(golden.directory)}: {golden.damage or golden.use}"
         for golden in goldens(folder, project)
         if not golden.ok
     ]

@@ -520,7 +520,13 @@ def test_a_result_that_quotes_a_name_is_no_command_to_their_terminal(call, tmp_p
 
 
 def test_goldens_of_the_root_of_all_folders(call):
-    assert call("goldens", "/") == (0, "/ holds no golden\n", "")
+    shut = sorted(path for path in Path("/").iterdir() if path.is_dir() and not os.access(path, os.X_OK))
+    if not shut:
+        assert call("goldens", "/") == (0, "/ holds no golden\n", "")
+    else:  # by somebody else than root
+        status, out, err = call("goldens", "/")
+        assert (status, err) == (1, "")
+        assert [line.split()[0] for line in out.splitlines()] == [path.name for path in shut]
 
 
 def test_the_page_is_not_written_over_by_the_report(call, tmp_path):

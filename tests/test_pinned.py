@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -109,6 +111,66 @@ def test_a_damaged_golden_is_reported(tmp_path, capsys):
     assert main(["goldens", str(folder)]) == 1
     assert "rc.log: is not what was pinned; restore it or pin again" in capsys.readouterr().out
     assert main(["goldens", str(tmp_path / "nowhere")]) == 2
+
+
+@contextmanager
+def as_anybody():
+    """Root may read all; so be somebody else for a while."""
+    is_root = os.geteuid() == 0
+    if is_root:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if is_root:
+            os.seteuid(0)
+
+
+@pytest.fixture
+def shared():
+    """A folder that anybody can come to: those of pytest are shut."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder:
+        os.chmod(folder, 0o755)
+        yield Path(folder)
+
+
+def test_what_cannot_be_read_is_said(shared, capsys):
+    folder = project(shared)
+    (shared / "scenario.toml").write_text('golden = ["pinned/spin", "pinned/walk_back"]\n')
+    assert main(["goldens", str(folder)]) == 0
+    capsys.readouterr()
+    (folder / "walk").chmod(0)
+    with as_anybody():
+        status = main(["goldens", str(folder)])
+    (folder / "walk").chmod(0o755)
+    spin, walk, walk_back = capsys.readouterr().out.splitlines()
+    assert status == 1
+    assert "used by scenario.toml" in spin
+    assert "used by scenario.toml" in walk_back
+    assert walk.split() == [
+        "walk",
+        *f"{folder / 'walk'}: cannot be read (Permission denied); check the path and its permissions".split(),
+    ]
+    folder.chmod(0)
+    with as_anybody():
+        status = main(["goldens", str(folder)])
+    folder.chmod(0o755)
+    says = f"{folder}: cannot be read (Permission denied); check the path and its permissions\n"
+    assert (status, *capsys.readouterr()) == (3, "", f"wheelbench goldens: {says}")
+
+
+def test_nobody_is_told_to_delete_what_an_unreadable_file_may_use(shared, capsys):
+    folder = project(shared)
+    (shared / "scenario.toml").write_text('golden = ["pinned/spin", "pinned/walk_back"]\n')
+    for path, line in ((shared / "tests", 1), (shared / "scenario.toml", 0)):
+        mode = path.stat().st_mode
+        path.chmod(0)
+        with as_anybody():
+            status = main(["goldens", str(folder)])
+        path.chmod(mode)
+        told = capsys.readouterr().out.splitlines()[line]
+        assert status == 1
+        assert told.endswith(f"UNUSED, as far as can be read: not {path.name}")
 
 
 def test_every_golden_of_ours_is_whole_and_in_use():

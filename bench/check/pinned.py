@@ -7,6 +7,7 @@ the test, so a test of that name is a user too, and so is `golden("walk")`. What
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 from collections.abc import Iterator
@@ -15,12 +16,14 @@ from pathlib import Path
 
 from bench.check.golden import how_exactly
 from bench.check.reading import Recording
-from bench.check.recording import GOLDEN_TOML, RecordingError
+from bench.check.recording import GOLDEN_TOML, RecordingError, cannot
 
 _ENDINGS = (".py", ".toml", ".cfg", ".ini", ".sh", ".yml", ".yaml", ".json")
 _NAMES = ("Makefile", "run")
 _NOT_OURS = ("node_modules", "site-packages", "__pycache__", "build", "dist")
 _LARGEST_BYTES = 1 << 20
+_NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
+_MOST_UNREAD = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +36,8 @@ class Golden:
     robot: str = ""
     ticks: int = 0
     damage: str = ""
+    unread: tuple[str, ...] = ()
+    """What might name it and cannot be read, relative to the project."""
 
     @property
     def ok(self) -> bool:
@@ -45,37 +50,71 @@ class Golden:
         if self.damage:
             return f"{self.directory.name:20} {self.damage}"
         what = f"{self.robot}, {self.ticks / 1000:.1f} s"
-        used = f"used by {', '.join(self.users)}" if self.users else "UNUSED: nothing is held against it; delete it"
-        return f"{self.directory.name:20} {what:20} {used}"
+        return f"{self.directory.name:20} {what:20} {self.use}"
+
+    @property
+    def use(self) -> str:
+        """Who holds something against it."""
+        if self.users:
+            return f"used by {', '.join(self.users)}"
+        if self.unread:
+            more = f" and {len(self.unread) - _MOST_UNREAD} more" if len(self.unread) > _MOST_UNREAD else ""
+            return f"UNUSED, as far as can be read: not {', '.join(self.unread[:_MOST_UNREAD])}{more}"
+        return "UNUSED: nothing is held against it; delete it"
 
 
 def goldens(folder: Path, project: Path | None = None) -> list[Golden]:
-    """Every golden in a folder, by name; `project` is where users are looked for, and found unless given. Raises
-    RecordingError where there is no such folder.
+    """Every golden in a folder, by name, and what may be one and cannot be looked into; `project` is where users are
+    looked for, and found unless given. Raises RecordingError where there is no such folder, or it cannot be read.
     """
     if not folder.is_dir():
         raise RecordingError(f"{folder}: is no folder; give the one that your goldens lie in")
-    directories = sorted(path.parent for path in folder.glob(f"*/{GOLDEN_TOML}"))
+    directories, closed = _directories(folder)
     if not directories:
-        return []  # and nobody need be looked for
+        return closed  # and nobody need be looked for
     project = project.resolve() if project is not None else _project_of(folder)
     users: dict[Path, list[str]] = {directory: [] for directory in directories}
     mentions = {directory: _mention(directory) for directory in directories}
-    for path in _readers(project, folder.resolve()):
-        text = path.read_text(encoding="utf-8", errors="replace")
+    unread: list[Path] = []
+    for path in _readers(project, folder.resolve(), unread):
+        try:
+            text = path.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            unread.append(path)
+            continue
         for directory, mention in mentions.items():
             if mention.search(text):
                 users[directory].append(path.relative_to(project).as_posix())
-    return [_looked_at(directory, tuple(users[directory])) for directory in directories]
+    missed = tuple(path.relative_to(project).as_posix() for path in unread)
+    found = [_looked_at(directory, tuple(users[directory]), missed) for directory in directories]
+    return sorted(found + closed, key=lambda one: one.directory)
 
 
-def _looked_at(directory: Path, users: tuple[str, ...]) -> Golden:
+def _directories(folder: Path) -> tuple[list[Path], list[Golden]]:
+    """Those that hold a golden, and those of which nobody here can say."""
+    try:
+        inside = sorted(folder.iterdir())
+    except OSError as error:
+        raise cannot(folder, "read", error) from None
+    directories, closed = [], []
+    for path in inside:
+        try:
+            (path / GOLDEN_TOML).stat()
+        except OSError as error:
+            if error.errno not in _NOT_THERE:
+                closed.append(Golden(path, (), damage=str(cannot(path, "read", error))))
+        else:
+            directories.append(path)
+    return directories, closed
+
+
+def _looked_at(directory: Path, users: tuple[str, ...], unread: tuple[str, ...]) -> Golden:
     try:
         recording = Recording.open(directory)
         how_exactly(recording)
     except RecordingError as error:
-        return Golden(directory, users, damage=str(error))
-    return Golden(directory, users, recording.info.robot, recording.ticks)
+        return Golden(directory, users, damage=str(error), unread=unread)
+    return Golden(directory, users, recording.info.robot, recording.ticks, unread=unread)
 
 
 def _mention(directory: Path) -> re.Pattern[str]:
@@ -101,8 +140,9 @@ def _project_of(folder: Path) -> Path:
     return next(marked, above[min(1, len(above) - 1)])
 
 
-def _readers(project: Path, pinned: Path) -> Iterator[Path]:
-    for at, folders, files in os.walk(project):
+def _readers(project: Path, pinned: Path, unread: list[Path]) -> Iterator[Path]:
+    """Files that may name a golden; folders that cannot be read join `unread`."""
+    for at, folders, files in os.walk(project, onerror=lambda error: unread.append(Path(error.filename))):
         folders[:] = sorted(
             name
             for name in folders

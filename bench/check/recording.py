@@ -267,7 +267,7 @@ class Recorder:
         try:
             self._files[name] = open(path, "xb", buffering=0)  # noqa: SIM115 (kept open for the whole run)
         except OSError as error:
-            raise _cannot(path, "written", error) from None
+            raise cannot(path, "written", error) from None
 
     def _write(self, name: str, data: bytes) -> None:
         # Unbuffered: what this call has passed on survives a kill, and there is nothing left to fail in close().
@@ -276,7 +276,7 @@ class Recorder:
             while rest:
                 rest = rest[self._files[name].write(rest) :]
         except OSError as error:
-            raise _cannot(self.directory / name, "written", error) from None
+            raise cannot(self.directory / name, "written", error) from None
 
     def _release(self) -> None:
         for file in self._files.values():
@@ -299,7 +299,7 @@ def read_bytes(path: Path) -> bytes:
     try:
         return read_file(path)
     except OSError as error:
-        raise _cannot(path, "read", error) from None
+        raise cannot(path, "read", error) from None
 
 
 def write_file(path: Path, content: bytes) -> None:
@@ -307,7 +307,7 @@ def write_file(path: Path, content: bytes) -> None:
     try:
         path.write_bytes(content)
     except OSError as error:
-        raise _cannot(path, "written", error) from None
+        raise cannot(path, "written", error) from None
 
 
 def remove_recording(directory: Path) -> None:
@@ -316,7 +316,7 @@ def remove_recording(directory: Path) -> None:
         try:
             (directory / name).unlink(missing_ok=True)
         except OSError as error:
-            raise _cannot(directory / name, "removed", error) from None
+            raise cannot(directory / name, "removed", error) from None
 
 
 def make_directory(directory: Path) -> list[str]:
@@ -327,7 +327,7 @@ def make_directory(directory: Path) -> list[str]:
         directory.mkdir(parents=True, exist_ok=True)
         return sorted(path.name for path in directory.iterdir())
     except OSError as error:
-        raise _cannot(directory, "used for a recording", error) from None
+        raise cannot(directory, "used for a recording", error) from None
 
 
 def _make_room(directory: Path, overwrite: bool) -> None:
@@ -345,7 +345,8 @@ def _make_room(directory: Path, overwrite: bool) -> None:
     remove_recording(directory)
 
 
-def _cannot(path: Path, done: str, error: OSError) -> RecordingPlaceError:
+def cannot(path: Path, done: str, error: OSError) -> RecordingPlaceError:
+    """What to say where the operating system lets nobody have this `done`: read, written, removed."""
     if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         advice = "what stands there stays; free some space or record elsewhere"
     elif done == "read":

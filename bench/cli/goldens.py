@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> int:
                 "ticks": one.ticks,
                 "users": one.users,
                 "damage": one.damage,
+                "unread": one.unread,
             }
             for one in found
         ]
