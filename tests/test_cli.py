@@ -537,6 +537,19 @@ def test_the_page_is_not_written_over_by_the_report(call, tmp_path):
     assert not page.exists()
 
 
+@pytest.mark.parametrize("option", ["--html", "--junit"])
+@pytest.mark.parametrize("name", ["new", "there/short"])
+def test_a_page_does_not_take_the_place_of_a_recording(call, tmp_path, option, name):
+    scenario = short_scenario(tmp_path, "", seconds=0.1)
+    (tmp_path / "there").mkdir()
+    record = tmp_path / name if name == "new" else tmp_path / "there"
+    status, out, err = call("replay", scenario, option, tmp_path / "." / name, "--record", record)
+    assert (status, out) == (2, "")
+    says = "will be a recording's directory (--record); give the page another name"
+    assert err == f"wheelbench replay: {tmp_path / name}: {says}\n"
+    assert not (tmp_path / name).exists()
+
+
 def test_a_robot_without_a_name_is_not_another_one(call, tmp_path):
     """`--robot "$ROBOT"`, with a variable that nobody has set."""
     for source in (short_scenario(tmp_path), DRIVE):

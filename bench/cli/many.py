@@ -51,7 +51,8 @@ def suite_of(args: argparse.Namespace) -> int:
     from bench.errors import EXIT_FAILED, EXIT_OK
 
     paths = _paths(args)
-    refuse_hopeless(args.html, args.junit)
+    recordings = (args.record, *(args.record / path.stem for path in paths)) if args.record else ()
+    refuse_hopeless(args.html, args.junit, recordings=recordings)
     results: list[Result] = []
     speaker = Speaker(is_kept=args.html is not None or args.junit is not None)
     progress = Progress([path.stem for path in paths], is_shown=not args.json)

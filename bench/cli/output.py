@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from bench.errors import SurroundingsError, UsageError, spelt
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
 
@@ -57,11 +58,13 @@ class Speaker:
             raise self._met
 
 
-def refuse_hopeless(*paths: Path | None) -> None:
+def refuse_hopeless(*paths: Path | None, recordings: Iterable[Path] = ()) -> None:
     """Before a long run: what could not be written after it either, and what nobody means to (`--html *.toml`, two
-    texts in one file). Raises SurroundingsError, UsageError.
+    texts in one file, or one in place of a folder that the run makes: `recordings`). Raises SurroundingsError,
+    UsageError.
     """
     seen: set[Path] = set()
+    folders = {path.resolve() for path in recordings}
     for path in paths:
         if path is None:
             continue
@@ -72,6 +75,8 @@ def refuse_hopeless(*paths: Path | None) -> None:
         if path.resolve() in seen:
             raise UsageError(f"{path}: is given twice, and would be written over; give each its own name")
         seen.add(path.resolve())
+        if path.resolve() in folders:
+            raise UsageError(f"{path}: will be a recording's directory (--record); give the page another name")
         if path.is_dir():
             why = "it is a directory"
         elif not path.parent.is_dir():
