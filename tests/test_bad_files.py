@@ -202,6 +202,16 @@ def test_a_mark_of_byte_order_before_a_file_does_no_harm(folder):
     assert answered("replay", folder / "marked.toml") == ""
 
 
+def test_a_recording_is_not_written_over_while_it_is_run_again(folder, golden):
+    """Held against another one, too."""
+    run = folder / "run again"
+    assert main(["replay", str(golden), "--record", str(run)]) == 0
+    before = (run / "can.log").read_bytes()
+    told = answered("replay", run, "--golden", golden, "--record", folder / "." / "run again", "--overwrite")
+    assert f"--record {run}: is the recording that is run again; record in another directory" in told
+    assert (run / "can.log").read_bytes() == before
+
+
 def test_a_recording_is_not_written_over_what_it_is_held_against(folder, golden):
     before = {path.name: path.read_bytes() for path in golden.iterdir()}
     for arguments in ([golden], [folder / "good.toml", "--golden", golden]):

@@ -172,3 +172,8 @@ def test_on_one_processor_nobody_takes_it_all():
     assert scheduling in ("ordinary scheduling", "ordinary priority, short time slice")
     assert int(policy) == os.SCHED_OTHER
     assert "on one processor" in finding
+
+
+@pytest.mark.parametrize("option", [["--load"], ["--seconds", "5"], ["--no-dashboard"], ["--no-priority"]])
+def test_what_goes_with_a_measurement_is_not_passed_over(call, option):
+    assert call("doctor", *option) == (2, "", f"wheelbench doctor: {option[0]}: goes with `wheelbench doctor timing`\n")

@@ -2,6 +2,7 @@
 
 import json
 import random
+import shutil
 from collections import deque
 from functools import cache
 from pathlib import Path
@@ -357,6 +358,20 @@ def test_a_path_that_has_a_comma_is_a_world(call, tmp_path):
     assert out == f"sim: the same as {path}, byte for byte, for 1.3 s\n"
     status, out, err = call("parity", tmp_path / "drive.toml", "--worlds", f"sim,{path}")
     assert status == 2
+
+
+def test_a_world_is_not_recorded_over(call, driven, tmp_path):
+    """It would then be held against itself."""
+    run = tmp_path / "run"
+    shutil.copytree(driven[0], run)
+    (tmp_path / "drive.toml").write_text(DRIVE)
+    for record in (run, tmp_path / "." / "run"):
+        status, out, err = call(
+            "parity", tmp_path / "drive.toml", "--worlds", f"sim,{run}", "--record", record, "--overwrite"
+        )
+        assert (status, out) == (2, "")
+        assert err == f"wheelbench parity: --record {run}: is one of the worlds; record in another directory\n"
+    assert (run / "can.log").read_bytes() == (driven[0] / "can.log").read_bytes()
 
 
 def test_a_recording_does_not_drive(driven):

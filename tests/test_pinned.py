@@ -113,6 +113,13 @@ def test_a_damaged_golden_is_reported(tmp_path, capsys):
     assert main(["goldens", str(tmp_path / "nowhere")]) == 2
 
 
+def test_a_golden_is_no_folder_of_goldens(tmp_path, capsys):
+    walk = project(tmp_path) / "walk"
+    assert main(["goldens", str(walk)]) == 2
+    says = f"wheelbench goldens: {walk}: is a golden itself; give the folder that it lies in\n"
+    assert capsys.readouterr() == ("", says)
+
+
 @contextmanager
 def as_anybody():
     """Root may read all; so be somebody else for a while."""

@@ -96,6 +96,8 @@ def _directories(folder: Path) -> tuple[list[Path], list[Golden]]:
         inside = sorted(folder.iterdir())
     except OSError as error:
         raise cannot(folder, "read", error) from None
+    if folder / GOLDEN_TOML in inside:
+        raise RecordingError(f"{folder}: is a golden itself; give the folder that it lies in")
     directories, closed = [], []
     for path in inside:
         try:

@@ -54,8 +54,12 @@ class Run:
     first_lift_tick: int = -1
 
     def recorder(self, directory: Path | str, *, overwrite: bool = False) -> Recorder:
-        """A recorder for this run's ticks. Raises RecordingError where the place cannot be written."""
+        """A recorder for this run's ticks. Raises RecordingError where the place cannot be written, UsageError where it
+        is the recording that is run again.
+        """
         robot = self.bench.robot
+        if self.source is not None and Path(directory).resolve() == self.source.directory.resolve():
+            raise UsageError(f"--record {directory}: is the recording that is run again; record in another directory")
         if robot.file is None:
             raise ValueError("a run is recorded with its robot's file; this robot came from none")
         profile_file = robot.rc.file if robot.rc else None

@@ -52,6 +52,10 @@ def worlds_of(
         raise UsageError(
             f"--worlds: the first one drives, and {reference} is a recording; put sim or a controller there"
         )
+    if record is not None and any(
+        is_recording(world) and Path(world).resolve() == record.resolve() for world in others
+    ):
+        raise UsageError(f"--record {record}: is one of the worlds; record in another directory")
     job = from_scenario(scenario, robot=robot, controller=_controller(reference))
     for world in others:  # what is no world is told before the first one has run
         if is_recording(world):

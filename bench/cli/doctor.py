@@ -20,12 +20,16 @@ if TYPE_CHECKING:
 MARKS = {"ok": "  ", "lacking": "- ", "bad": "! "}
 KITTY_S = 1.5
 """Terminals answer in milliseconds, over a bad line in a second; one that never does is waited for once."""
+_TIMING = {"seconds": 20.0, "load": False, "no_dashboard": False, "no_priority": False}
+"""What goes with a measurement, and its default."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's own arguments."""
     parser.add_argument("what", nargs="?", choices=("all", "timing"), default="all", help="all (default), or timing")
-    parser.add_argument("--seconds", type=float, default=20.0, metavar="N", help="timing: so long for each loop (20)")
+    parser.add_argument(
+        "--seconds", type=float, default=_TIMING["seconds"], metavar="N", help="timing: so long for each loop (20)"
+    )
     parser.add_argument("--load", action="store_true", help="timing: with one busy process for each core")
     parser.add_argument("--no-dashboard", action="store_true", help="timing: without a dashboard drawing beside it")
     parser.add_argument("--no-priority", action="store_true", help="timing: as where real-time priority is not allowed")
@@ -38,7 +42,11 @@ def run(args: argparse.Namespace) -> int:
         from bench.cli.punctuality import run_timing
 
         return run_timing(args)
-    from bench.errors import EXIT_OK
+    from bench.errors import EXIT_OK, UsageError
+
+    given = [name for name, default in _TIMING.items() if getattr(args, name) != default]
+    if given:
+        raise UsageError(f"--{given[0].replace('_', '-')}: goes with `wheelbench doctor timing`")
     from bench.io.surroundings import look_round
 
     findings = [*_terminal(), *look_round()]
