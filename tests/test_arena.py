@@ -119,6 +119,7 @@ def test_the_command_line_refuses_it_in_one_sentence(tmp_path, capsys):
     assert main(["replay", "bench/demo/demo.toml", "--arena", str(path)]) == 2
     error = capsys.readouterr().err
     assert "arena 'tight': a robot of radius 0.08 m at (0, 0) m is larger than a field of 0.1 m x 4.0 m" in error
+    assert error.endswith("; give it a larger field (--arena FILE, docs/plant.md)\n"), "no start would help"
     assert main(["replay", "bench/demo/demo.toml", "--arena", str(tmp_path / "none.toml")]) == 2
     assert "none.toml: there is no such file" in capsys.readouterr().err
 

@@ -137,7 +137,9 @@ def bench_in(robot: Robot, arena: Arena, noise: Noise = SILENT, build: Build = B
     """The simulated bench in an arena, with our base or another. Raises UsageError where a robot cannot begin."""
     why = arena.in_the_way(robot.body.radius_m, arena.start)
     if why:
-        raise UsageError(f"arena {arena.name!r}: {why}; give it another [start]")
+        fits = 2.0 * robot.body.radius_m <= min(arena.length_m, arena.width_m)
+        what = "give it another [start]" if fits else "give it a larger field (--arena FILE, docs/plant.md)"
+        raise UsageError(f"arena {arena.name!r}: {why}; {what}")
     bench = simulated(robot, arena, noise)
     bench.world.timing = Timing(wires, robot.rc.protocol if robot.rc else None) if wires.is_on else None
     if hears_no_core(build):
