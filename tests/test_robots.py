@@ -341,6 +341,10 @@ def test_a_wheel_without_a_gear_has_its_motors(tmp_path, name, ratio):
             "'left rear' has a radius of 60 m under a body of 0.2 m; is",
         ),
         (EXAMPLE.replace("y_m = -0.15", "y_m = -150"), "'right' stands 150 m from the centre of a body of 0.2 m; is"),
+        (
+            EXAMPLE.replace("x_m = 0.06\ny_m = -0.15", "x_m = 0.18\ny_m = 0.02"),
+            "wheel: 'right' stands where 'nose' does; two wheels need two places",
+        ),
         (EXAMPLE.replace("roller_deg", "roler_deg"), r"wheel\[1\].roler_deg: unknown key; did you mean roller_deg"),
     ],
 )

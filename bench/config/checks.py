@@ -34,16 +34,11 @@ MOST_BINARY_CONFIGURATION_BYTES = 1019
 
 MOST_BODIES = 10
 """Radii of its body that a wheel may be large, or away: beyond it somebody has written millimetres or inches."""
-_MAY_BE_ZERO = {
-    "cog_height_m",
-    "rolling",
-    "coulomb_nm",
-    "load_friction",
-    "current_lag_ms",
-    "speed_filter_ms",
-    "ki_a_per_rad",
-}
-_MAY_BE_ZERO |= {"firmware_version", "hardware_version"}
+SAME_PLACE_M = 1e-4
+"""Two driven wheels so near are one that somebody has copied, and not yet moved."""
+
+_MAY_BE_ZERO = {"rolling", "coulomb_nm", "load_friction", "current_lag_ms", "speed_filter_ms", "ki_a_per_rad"}
+_MAY_BE_ZERO |= {"cog_height_m", "firmware_version", "hardware_version"}
 
 
 _SANE = {
@@ -160,6 +155,10 @@ def check_robot(where: Path | str, robot: Robot) -> None:
         mirrored = if_rollers_leaned_the_other_way(robot.wheels)
         hint = "; with every roller_deg negated they could: it is that of the roller on the ground"
         raise fail("wheel", f"{error}{'' if mirrored is None else hint}") from None
+    for number, wheel in enumerate(robot.wheels):
+        for other in robot.wheels[:number]:
+            if math.hypot(wheel.x_m - other.x_m, wheel.y_m - other.y_m) < SAME_PLACE_M:
+                raise fail("wheel", f"{wheel.name!r} stands where {other.name!r} does; two wheels need two places")
     try:
         load_rows(robot.wheels, robot.body.mass_kg, robot.body.cog_height_m)
     except ValueError as error:
