@@ -255,7 +255,57 @@ F1 = """
     """
 
 
-@pytest.mark.parametrize("source", [H7, G4, F1], ids=["H7", "G4", "F1"])
+SETTINGS = """
+    #include "stm32h7xx_hal.h"
+    #include <stdint.h>
+    ADC_HandleTypeDef hadc1;
+    SPI_HandleTypeDef hspi2;
+    I2C_HandleTypeDef hi2c3;
+    CRC_HandleTypeDef hcrc;
+    RNG_HandleTypeDef hrng;
+    RTC_HandleTypeDef hrtc;
+    TIM_HandleTypeDef htim8;
+    CAN_HandleTypeDef hcan1;
+    static const uint32_t TIM_MINE = 7;
+    int main(void) {
+        ADC_MultiModeTypeDef multimode = {0};
+        ADC_ChannelConfTypeDef sConfig = {0};
+        RTC_TimeTypeDef sTime = {0};
+        RTC_DateTypeDef sDate = {0};
+        hadc1.Instance = ADC1;
+        hadc1.Init.ClockPrescaler = ADC_CLOCK_ASYNC_DIV16;
+        hadc1.Init.Resolution = ADC_RESOLUTION_16B;
+        hadc1.Init.LowPowerAutoWait = DISABLE;
+        hadc1.Init.ConversionDataManagement = ADC_CONVERSIONDATA_DMA_CIRCULAR;
+        multimode.Mode = ADC_MODE_INDEPENDENT;
+        sConfig.SamplingTime = ADC_SAMPLETIME_16CYCLES_5;
+        sConfig.OffsetSignedSaturation = DISABLE;
+        if (HAL_ADC_Init(&hadc1) + HAL_ADCEx_MultiModeConfigChannel(&hadc1, &multimode) != HAL_OK) return 1;
+        HAL_ADC_ConfigChannel(&hadc1, &sConfig);
+        HAL_ADCEx_Calibration_Start(&hadc1, ADC_CALIB_OFFSET, ADC_SINGLE_ENDED);
+        hspi2.Init.NSSPMode = SPI_NSS_PULSE_DISABLE;
+        hspi2.Init.IOSwap = SPI_IO_SWAP_DISABLE;
+        hi2c3.Init.AnalogFilter = I2C_ANALOGFILTER_ENABLE;
+        hcrc.Instance = CRC;
+        hcrc.Init.DefaultPolynomialUse = DISABLE;
+        HAL_CRC_Init(&hcrc);
+        hrng.Instance = RNG;
+        HAL_RNG_Init(&hrng);
+        hrtc.Init.HourFormat = RTC_HOURFORMAT_24;
+        hrtc.Init.AsynchPrediv = 127;
+        sTime.DayLightSaving = RTC_DAYLIGHTSAVING_NONE;
+        sDate.Month = RTC_MONTH_JANUARY;
+        HAL_RTC_SetTime(&hrtc, &sTime, RTC_FORMAT_BCD);
+        HAL_RTC_SetDate(&hrtc, &sDate, RTC_FORMAT_BCD);
+        htim8.Init.CounterMode = TIM_COUNTERMODE_CENTERALIGNED1;
+        htim8.Init.RepetitionCounter = TIM_MINE;                               /* the team's own */
+        hcan1.Init.TimeSeg1 = CAN_BS1_8TQ;
+        for (;;) __WFI();
+    }
+    """
+
+
+@pytest.mark.parametrize("source", [H7, G4, F1, SETTINGS], ids=["H7", "G4", "F1", "settings"])
 def test_what_a_generator_sets_up_on_any_family_compiles_without_a_word(tmp_path, source):
     project = load_project(made(tmp_path, source, '[wires]\nrc = "huart5"\n'))
     assert build(project).warnings == ""

@@ -5,6 +5,7 @@ own files.
     GPIO_InitStruct.Alternate = GPIO_AF14_UART5;         #define GPIO_AF14_UART5 12
     __HAL_RCC_UART5_CLK_DISABLE();                 ->    #define __HAL_RCC_UART5_CLK_DISABLE(...) ((void)0)
     set.Usart234578ClockSelection = ...;                 a field of RCC_PeriphCLKInitTypeDef
+    hspi2.Init.IOSwap = SPI_IO_SWAP_DISABLE;             a field of SPI_HandleTypeDef's Init, and a constant
 """
 
 from __future__ import annotations
@@ -22,6 +23,14 @@ _CONSTANT = re.compile(
 )
 _CALL = re.compile(r"\b(?:__HAL_RCC_\w+_(?:ENABLE|DISABLE|RESET|CONFIG)|__HAL_AFIO_\w+|__HAL_DBGMCU_\w+)(?=\s*\()")
 _SELECTION = re.compile(r"\.\s*(\w+ClockSelection)\b")
+# What goes into a peripheral's settings, in the variables that generators use for them.
+_SETTING = re.compile(
+    r"(?:\bInit|\bsConfig\w*|\bmultimode|\bs(?:Time|Date))\s*\.\s*\w+\s*=\s*"
+    r"((?:ADC|CAN|CRC|DAC|FDCAN|I2C|IWDG|RNG|RTC|SPI|TIM|UART)_[A-Z0-9_]+)\s*;"
+)
+_PERIPHERALS = ("ADC", "CRC", "DAC", "I2C", "RNG", "RTC", "SPI", "TIM")
+_FIELD = re.compile(rf"\bh({'|'.join(map(str.lower, _PERIPHERALS))})\w*\s*(?:\.|->)\s*Init\s*\.\s*(\w+)")
+_CHANNEL_FIELD = re.compile(r"\bsConfig\s*\.\s*(\w+)")
 # What the firmware names itself: its macros, its constants and variables, what its enums hold.
 _THEIRS = re.compile(r"^\s*#\s*define\s+(\w+)|\b([A-Z]\w*)(?:\[[^\]]*\])?\s*=(?!=)", re.MULTILINE)
 _ENUM = re.compile(r"\benum\b[^{};]*\{([^}]*)\}")
@@ -35,12 +44,30 @@ def setup_names_h(files: Iterable[Path], shim_headers: Path) -> str:
     shim = {word for path in shim_headers.glob("*.h") for word in _WORD.findall(path.read_text(encoding="utf-8"))}
     known = shim | {name for names in _THEIRS.findall(text) for name in names}
     known |= {word for body in _ENUM.findall(text) for word in _WORD.findall(body)}
-    constants = [name for name in dict.fromkeys(_CONSTANT.findall(text)) if name not in known]
+    named = dict.fromkeys([*_CONSTANT.findall(text), *_SETTING.findall(text)])
+    constants = [name for name in named if name not in known]
     calls = [name for name in dict.fromkeys(_CALL.findall(text)) if name not in known]
-    fields = [name for name in dict.fromkeys(_SELECTION.findall(text)) if name not in shim]
     lines = [
         f"#define {name} {f'((void *){number})' if _ADDRESS.fullmatch(name) else number}"
         for number, name in enumerate(constants, 1)
     ]
     lines += [f"#define {name}(...) ((void)0)" for name in calls]
-    return "\n".join([*lines, "#define WB_CLOCK_SELECTIONS " + "".join(f"uint32_t {name}; " for name in fields), ""])
+    lines.append(_fields("WB_CLOCK_SELECTIONS", (name for name in _SELECTION.findall(text) if name not in shim)))
+    board = "\n".join((shim_headers / f"wheelbench_{name}.h").read_text(encoding="utf-8") for name in ("hal", "board"))
+    for kind in _PERIPHERALS:
+        has = _WORD.findall(_struct(board, rf"}} Init;[^{{}}]*}} {kind}_HandleTypeDef;"))
+        wanted = (name for which, name in _FIELD.findall(text) if which.upper() == kind)
+        lines.append(_fields(f"WB_{kind}_INIT", (name for name in wanted if name not in has)))
+    has = _WORD.findall(_struct(board, r"} ADC_ChannelConfTypeDef;"))
+    lines.append(_fields("WB_ADC_CHANNEL", (name for name in _CHANNEL_FIELD.findall(text) if name not in has)))
+    return "\n".join([*lines, ""])
+
+
+def _fields(macro: str, names: Iterable[str]) -> str:
+    return f"#define {macro} " + "".join(f"uint32_t {name}; " for name in dict.fromkeys(names))
+
+
+def _struct(text: str, end: str) -> str:
+    """The fields of the structure that ends so."""
+    found = re.search(r"\{([^{}]*)" + end, text)
+    return found[1] if found else ""

@@ -92,11 +92,13 @@ typedef struct {
     struct {
         uint32_t ClockPrescaler, Resolution, ScanConvMode, ContinuousConvMode, DiscontinuousConvMode, NbrOfDiscConversion,
             ExternalTrigConvEdge, ExternalTrigConv, DataAlign, NbrOfConversion, DMAContinuousRequests, EOCSelection;
+        WB_ADC_INIT
     } Init;
     DMA_HandleTypeDef *DMA_Handle;
 } ADC_HandleTypeDef;
 typedef struct {
     uint32_t Channel, Rank, SamplingTime, Offset, SingleDiff, OffsetNumber;
+    WB_ADC_CHANNEL
 } ADC_ChannelConfTypeDef;
 #define ADC1 ((void *)0)
 #define ADC2 ((void *)0)
@@ -119,6 +121,61 @@ WB_SUCCEEDS(HAL_ADC_Start_IT, ADC_HandleTypeDef *adc WB_UNUSED)
 WB_SUCCEEDS(HAL_ADC_PollForConversion, ADC_HandleTypeDef *adc WB_UNUSED, uint32_t timeout WB_UNUSED)
 WB_SUCCEEDS(HAL_ADC_Start_DMA, ADC_HandleTypeDef *adc WB_UNUSED, uint32_t *to WB_UNUSED, uint32_t length WB_UNUSED)
 uint32_t HAL_ADC_GetValue(ADC_HandleTypeDef *adc);
+typedef struct {
+    uint32_t Mode, DualModeData, DMAAccessMode, TwoSamplingDelay;
+} ADC_MultiModeTypeDef;
+WB_SUCCEEDS(HAL_ADCEx_MultiModeConfigChannel, ADC_HandleTypeDef *adc WB_UNUSED, ADC_MultiModeTypeDef *set WB_UNUSED)
+static inline HAL_StatusTypeDef wb_calibrated(void) {
+    return HAL_OK;
+}
+#define HAL_ADCEx_Calibration_Start(...) wb_calibrated() /* so much or so much is given, from family to family */
+
+/* --- checksums, chance and the calendar: set up, and that is all --------------------------------------------------- */
+
+typedef struct {
+    void *Instance;
+    struct {
+        WB_CRC_INIT
+    } Init;
+    uint32_t InputDataFormat;
+} CRC_HandleTypeDef;
+typedef struct {
+    void *Instance;
+    struct {
+        WB_RNG_INIT
+    } Init;
+} RNG_HandleTypeDef;
+typedef struct {
+    void *Instance;
+    struct {
+        WB_RTC_INIT
+    } Init;
+} RTC_HandleTypeDef;
+typedef struct {
+    void *Instance;
+    struct {
+        WB_DAC_INIT
+    } Init;
+} DAC_HandleTypeDef;
+typedef struct {
+    uint8_t Hours, Minutes, Seconds, TimeFormat;
+    uint32_t SubSeconds, SecondFraction, DayLightSaving, StoreOperation;
+} RTC_TimeTypeDef;
+typedef struct {
+    uint8_t WeekDay, Month, Date, Year;
+} RTC_DateTypeDef;
+#define CRC ((void *)0)
+#define RNG ((void *)0)
+#define RTC ((void *)0)
+#define DAC ((void *)0)
+#define DAC1 ((void *)0)
+enum { RTC_FORMAT_BIN = 0, RTC_FORMAT_BCD = 1 };
+WB_SUCCEEDS(HAL_CRC_Init, CRC_HandleTypeDef *crc WB_UNUSED)
+WB_SUCCEEDS(HAL_RNG_Init, RNG_HandleTypeDef *rng WB_UNUSED)
+WB_SUCCEEDS(HAL_DAC_Init, DAC_HandleTypeDef *dac WB_UNUSED)
+WB_SUCCEEDS(HAL_RTC_Init, RTC_HandleTypeDef *rtc WB_UNUSED)
+WB_SUCCEEDS(HAL_RTC_SetTime, RTC_HandleTypeDef *rtc WB_UNUSED, RTC_TimeTypeDef *time WB_UNUSED, uint32_t format WB_UNUSED)
+WB_SUCCEEDS(HAL_RTC_SetDate, RTC_HandleTypeDef *rtc WB_UNUSED, RTC_DateTypeDef *date WB_UNUSED, uint32_t format WB_UNUSED)
 
 /* --- SPI and I2C: nobody answers with anything but 0 -------------------------------------------------------------- */
 
@@ -127,6 +184,7 @@ typedef struct {
     struct {
         uint32_t Mode, Direction, DataSize, CLKPolarity, CLKPhase, NSS, BaudRatePrescaler, FirstBit, TIMode, CRCCalculation,
             CRCPolynomial;
+        WB_SPI_INIT
     } Init;
     DMA_HandleTypeDef *hdmatx, *hdmarx;
 } SPI_HandleTypeDef;
@@ -152,6 +210,7 @@ typedef struct {
     struct {
         uint32_t ClockSpeed, DutyCycle, OwnAddress1, AddressingMode, DualAddressMode, OwnAddress2, OwnAddress2Masks,
             GeneralCallMode, NoStretchMode, Timing;
+        WB_I2C_INIT
     } Init;
 } I2C_HandleTypeDef;
 #define I2C1 ((void *)0)

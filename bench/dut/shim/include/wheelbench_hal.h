@@ -92,6 +92,15 @@ typedef int IRQn_Type;
 /* Names that are set-up alone (RCC_..., GPIO_AF..., ..._IRQn, clock gates) come from bench/dut/setup_names.py. */
 #ifndef WB_CLOCK_SELECTIONS
 #define WB_CLOCK_SELECTIONS
+#define WB_ADC_INIT
+#define WB_ADC_CHANNEL
+#define WB_CRC_INIT
+#define WB_DAC_INIT
+#define WB_I2C_INIT
+#define WB_RNG_INIT
+#define WB_RTC_INIT
+#define WB_SPI_INIT
+#define WB_TIM_INIT
 #endif
 
 typedef struct {
@@ -536,6 +545,7 @@ typedef struct __TIM_HandleTypeDef {
     TIM_TypeDef *Instance;
     struct {
         uint32_t Prescaler, CounterMode, Period, ClockDivision, RepetitionCounter, AutoReloadPreload;
+        WB_TIM_INIT
     } Init;
     void (*PeriodElapsedCallback)(struct __TIM_HandleTypeDef *timer);
     uint32_t wb_running;
