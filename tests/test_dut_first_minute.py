@@ -335,6 +335,28 @@ def test_names_of_a_chips_set_up_are_read_in_whatever_header_the_compiler_finds(
     assert build(load_project(made(tmp_path, source, toml))).warnings == ""
 
 
+@pytest.mark.parametrize("ending", ["c", "cpp"])
+def test_a_team_that_defines_the_types_of_stdint_itself_is_let(tmp_path, ending):
+    """As Keil's compiler does, and the maker's own code needs it."""
+    (tmp_path / "struct_typedef.h").write_text(
+        "typedef signed char int8_t;\ntypedef signed short int int16_t;\ntypedef signed int int32_t;\n"
+        "typedef signed long long int64_t;\ntypedef unsigned char uint8_t;\ntypedef unsigned short int uint16_t;\n"
+        "typedef unsigned int uint32_t;\ntypedef unsigned long long uint64_t;\ntypedef float fp32;\n"
+    )
+    standard = "#include <stdint.h>\n" if ending == "c" else "#include <chrono>\n#include <cstdint>\n"
+    (tmp_path / f"fw.{ending}").write_text(
+        f'#include "struct_typedef.h"\n#include "stm32f4xx_hal.h"\n{standard}#include <stdlib.h>\n'
+        "extern CAN_HandleTypeDef hcan1;\n"
+        "int main(void) {\n    uint64_t wide = (uint64_t)1 << 40;\n    CAN_TxHeaderTypeDef header = {.StdId = 0x100};\n"
+        "    header.DLC = sizeof(int64_t) + (wide >> 40) - 1;\n    HAL_CAN_Start(&hcan1);\n"
+        "    HAL_CAN_AddTxMessage(&hcan1, &header, (const uint8_t *)&wide, 0);\n    for (;;) __WFI();\n}\n"
+    )
+    (tmp_path / "fw.toml").write_text(f'schema = 1\nname = "fw"\nsources = ["fw.{ending}"]\n[wires]\ncan = "hcan1"\n')
+    project = load_project(tmp_path / "fw.toml")
+    assert build(project).warnings == ""
+    assert firmware_of(project.path)().step(0, b"", b"", ())[0] == ((0x100, (1 << 40).to_bytes(8, "little")),)
+
+
 def test_handles_of_any_number_are_wires(tmp_path):
     source = """
         #include "stm32g0xx_hal.h"

@@ -34,6 +34,15 @@ _CHANNEL_FIELD = re.compile(r"\bsConfig\s*\.\s*(\w+)")
 # What the firmware names itself: its macros, its constants and variables, what its enums hold.
 _THEIRS = re.compile(r"^\s*#\s*define\s+(\w+)|\b([A-Z]\w*)(?:\[[^\]]*\])?\s*=(?!=)", re.MULTILINE)
 _ENUM = re.compile(r"\benum\b[^{};]*\{([^}]*)\}")
+# Keil's compiler lets a team define stdint.h's types itself: the same on the chip, but of another name here.
+_OWN_INT64 = re.compile(r"\btypedef\s+(?:un)?signed\s+long\s+long\s+(?:int\s+)?u?int64_t\b")
+_INT64 = (
+    "#include <stdint.h>",
+    "typedef signed long long wb_int64_t;",
+    "typedef unsigned long long wb_uint64_t;",
+    "#define int64_t wb_int64_t",
+    "#define uint64_t wb_uint64_t",
+)
 _WORD = re.compile(r"\w+")
 _ADDRESS = re.compile(r"B?DMA\d?_(?:Stream|Channel)\d+")
 
@@ -60,7 +69,7 @@ def setup_names_h(files: Iterable[Path], shim_headers: Path) -> str:
         lines.append(_fields(f"WB_{kind}_INIT", (name for name in wanted if name not in has)))
     has = _WORD.findall(_struct(board, r"} ADC_ChannelConfTypeDef;"))
     lines.append(_fields("WB_ADC_CHANNEL", (name for name in _CHANNEL_FIELD.findall(text) if name not in has)))
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, *(_INT64 if _OWN_INT64.search(text) else ()), ""])
 
 
 def _fields(macro: str, names: Iterable[str]) -> str:
