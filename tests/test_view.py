@@ -730,6 +730,8 @@ def test_four_wheels_tell_their_speed_in_a_row_that_has_no_room_for_more():
     for width, each in ((120, "-5648 rpm  -600 mA"), (90, "-5648/-600"), (80, "-5648")):
         row = wire_rows(width, can_feedback=(12_345, frames))[2]
         assert re.findall(r"20\d +(-5648(?:/-600| rpm  -600 mA)?)", row) == [each] * 4, width
+    still = tuple((can_id, bytes(8)) for can_id, _ in frames)
+    assert wire_rows(80, can_feedback=(12_345, still))[2].endswith("  201 +0  202 +0  203 +0  204 +0 rpm")
 
 
 @pytest.mark.parametrize("width", [60, 67, 80])

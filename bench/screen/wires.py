@@ -19,6 +19,8 @@ T = TypeVar("T")
 NAME_WIDTH = 8
 GYRO_IDS = range(GYRO_ID + 1, GYRO_ID + GYROS + 1)
 AGE_WIDTH = 7
+USUAL = "201 -9999/-999"
+"""As much as an ESC says of its speed and current, in few words."""
 
 
 def wires(scene: Scene, width: int, height: int) -> list[Line]:
@@ -81,7 +83,9 @@ def _feedback(frames: Sequence[CanFrame], room: int, ma_per_raw: float) -> str:
         if len(text) <= room:
             return text
     text = "  ".join([*turning, *narrow]) + " rpm/mA"
-    return text if len(text) <= room else "  ".join([*turning, *speeds]) + " rpm"
+    # By the usual digits and not those of now: it would change its form with every turn of a wheel.
+    usual = len("  ".join([*turning, *[USUAL] * len(narrow)]) + " rpm/mA")
+    return text if max(usual, len(text)) <= room else "  ".join([*turning, *speeds]) + " rpm"
 
 
 def _gyro(can_id: int, data: bytes) -> str:
