@@ -45,6 +45,29 @@ def test_an_impossible_robot_file_is_refused_with_file_and_key(tmp_path, key, va
     assert str(refusal.value) == f"{path}: {sentence}"
 
 
+@pytest.mark.parametrize(
+    ("table", "inertia_kgm2", "says"),
+    [
+        ("body", 1e-4, ""),  # reference plant model, section 2: J sum H_w^2 = 0.0184, which is 184 times this
+        ("body", 5.6e-5, r"body\.inertia_kgm2: the wheels' motor\.inertia_kgm2 weighs 328 times as much"),
+        (
+            "motor",
+            1.2,
+            r"body\.mass_kg: the wheels' motor\.inertia_kgm2 weighs 1920 times as much",
+        ),  # 3.072 kg of 1.6 kg
+    ],
+)
+def test_wheels_that_outweigh_their_body_by_far_are_refused(table, inertia_kgm2, says):
+    """A decimal point or a gear squared twice: a step of the floor's solve was then wrong by half a motor's torque."""
+    robot = load_robot("m2006")
+    odd = replace(robot, **{table: replace(getattr(robot, table), inertia_kgm2=inertia_kgm2)})
+    if not says:
+        prepare(robot=odd, seconds=0.1)
+        return
+    with pytest.raises(ConfigError, match=says):
+        prepare(robot=odd, seconds=0.1)
+
+
 NAN, INF = math.nan, math.inf
 
 

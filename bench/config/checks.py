@@ -34,6 +34,9 @@ MOST_BINARY_CONFIGURATION_BYTES = 1019
 
 MOST_BODIES = 10
 """Radii of its body that a wheel may be large, or away: beyond it somebody has written millimetres or inches."""
+MOST_REFLECTED = 200.0
+"""Times its own mass, or inertia, that a body's wheels may weigh on it: 12 is the most of ours (dm3519, turning). Far
+beyond, the search for what each wheel does ends before it is exact: a step was wrong by half a motor's torque."""
 SAME_PLACE_M = 1e-4
 """Two driven wheels so near are one that somebody has copied, and not yet moved."""
 
@@ -150,7 +153,7 @@ def check_robot(where: Path | str, robot: Robot) -> None:
     if robot.link.hold_ms >= robot.link.disarm_ms:
         raise fail("link.hold_ms", f"{robot.link.hold_ms} ms must be less than link.disarm_ms")
     try:
-        Kinematics(robot.wheels)
+        kinematics = Kinematics(robot.wheels)
     except ValueError as error:
         mirrored = if_rollers_leaned_the_other_way(robot.wheels)
         hint = "; with every roller_deg negated they could: it is that of the roller on the ground"
@@ -163,6 +166,7 @@ def check_robot(where: Path | str, robot: Robot) -> None:
         load_rows(robot.wheels, robot.body.mass_kg, robot.body.cog_height_m)
     except ValueError as error:
         raise fail("wheel", str(error)) from None
+    _check_reflected_inertia(where, robot, kinematics.inverse_rows)
     _check_dead_wheels(where, robot)
     _check_gyro(where, robot)
     if robot.rc is not None:
@@ -244,6 +248,21 @@ def _check_currents(where: Path | str, robot: Robot) -> None:
             raise fail("motor.max_current_a", f"{motor.max_current_a} A is above dm3519.full_scale_a")
     if robot.limits.current_a > motor.max_current_a:
         raise fail("limits.current_a", f"{robot.limits.current_a} A is above motor.max_current_a")
+
+
+def _check_reflected_inertia(where: Path | str, robot: Robot, rows: Sequence[Sequence[float]]) -> None:
+    """J sum H^2 beside what the body itself has, forward, sideways and turning (reference plant model, section 2)."""
+    body = robot.body
+    for column, key in enumerate(("mass_kg", "mass_kg", "inertia_kgm2")):
+        squares = 0.0
+        for row in rows:
+            squares += row[column] * row[column]
+        times = robot.motor.inertia_kgm2 * squares / getattr(body, key)
+        if times > MOST_REFLECTED:
+            raise ConfigError(
+                f"{where}: body.{key}: the wheels' motor.inertia_kgm2 weighs {times:.0f} times as much on the floor, "
+                f"more than {MOST_REFLECTED:g} times cannot be; are both in kg and m, and the gear squared once?"
+            )
 
 
 def _check_gyro(where: Path | str, robot: Robot) -> None:
