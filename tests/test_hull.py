@@ -123,3 +123,15 @@ def test_a_disc_is_met_wherever_it_has_been_pushed_to():
 def test_a_body_that_cannot_begin_there_is_refused(where):
     with pytest.raises(ValueError, match="robot"):
         Hull(BODY, FIELD, where, TWIST)
+
+
+def test_a_disc_that_spins_is_braked_as_one_that_lies_flat():
+    """Friction of an even pressure: 2/3 mu m g r against m r^2 / 2, so that it loses 4 mu g / 3 r each second."""
+    grip, radius_m, spin_radps = 0.6, 0.1, 40.0
+    hull = Hull(BODY, Arena(discs=(Disc("box", 0.6, -0.17, radius_m, 1.0, grip),)), START, BodyTwist(0.0, 0.0, 0.0))
+    ((disc, _),) = hull._discs
+    disc.angular_velocity = spin_radps
+    for _ in range(200):
+        hull.move(0.0, 0.0, 0.0, STEP_S)
+    lost_radps = 4.0 * grip * 9.80665 / (3.0 * radius_m) * 0.2
+    assert disc.angular_velocity == pytest.approx(spin_radps - lost_radps, rel=1e-3)
