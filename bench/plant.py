@@ -211,6 +211,11 @@ class Plant:
         return x / STEP_S, y / STEP_S
 
     @property
+    def inexact_steps(self) -> int:
+        """How many steps ended before the forces of the floor were exact: wheels of much inertia under a light body."""
+        return self._contact.inexact_steps
+
+    @property
     def discs(self) -> list[Obstacle]:
         """Where the arena's discs are now, in its order."""
         return self._hull.discs

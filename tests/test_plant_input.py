@@ -162,6 +162,32 @@ def test_a_run_says_that_a_wheel_would_have_left_the_floor(cog_height_m, lifts):
     assert again.get("wheel_lift_s") == summary.facts(job).get("wheel_lift_s")
 
 
+@pytest.mark.parametrize(("inertia_kgm2", "inexact"), [(0.0012, False), (0.1, True)])
+def test_a_run_says_that_the_floor_s_forces_were_not_exact(inertia_kgm2, inexact):
+    """Heavy wheels at odd places under a light body, on rollers that turn hard: some steps end at the most sweeps."""
+    robot = load_robot("omni4")
+    wheels = [
+        replace(
+            wheel, x_m=0.15 * math.cos(bearing), y_m=0.15 * math.sin(bearing), heading_rad=bearing + math.pi / 2,
+            roller_rad=roller_rad,
+        )
+        for wheel, bearing, roller_rad in zip(
+            robot.wheels, map(math.radians, (2, 89, 208, 250)), (math.pi / 6, 0.0, 0.0, 0.0), strict=True
+        )
+    ]  # fmt: skip
+    heavy = replace(
+        robot, wheels=tuple(wheels), body=replace(robot.body, mass_kg=3.0),
+        motor=replace(robot.motor, inertia_kgm2=inertia_kgm2), ground=replace(robot.ground, grip=0.5, rolling=1.0),
+    )  # fmt: skip
+    stick = [{"at_s": 0.1, "aux1": True}, {"at_s": 0.3, "forward": 0.5}, {"at_s": 0.7, "forward": 0.0, "left": 0.5}]
+    job = prepare(robot=heavy, seconds=1.5, stick=[*stick, {"at_s": 1.1, "left": 0.0, "turn": 0.5}])
+    summary = Summary(len(robot.wheels))
+    for out in job:
+        summary.add(out)
+    assert ("inexact_steps" in summary.facts(job)) == inexact
+    assert any("before the forces of the floor were exact" in line for line in summary.lines(job)) == inexact
+
+
 def test_wrong_calls_are_refused():
     with pytest.raises(ValueError, match="2 currents for 3 wheels"):
         Plant(m2006()).step((0.0, 0.0))

@@ -17,6 +17,8 @@ from bench.slamware.framing import FrameDecoder, SlamwareFrame
 X, Y, HEADING = 1, 2, 3  # places in a state row, after Bench.state_columns
 ODO = 7
 LINK = 10
+INEXACT_SHARE = 0.001
+"""A single step that was not exact is beyond a person's eye; more say something of the robot's file."""
 SAID_SHOWN = 8
 LINK_CHANGES_SHOWN = 8
 
@@ -107,6 +109,7 @@ class Summary:
             **({"wires": timing.facts(self.ticks)} if (timing := run.bench.world.timing) else {}),
             **({"output": said} if (said := _said(run)) else {}),
             **({"bad_currents": bad} if (bad := run.bench.world.plant.bad_currents) else {}),
+            **({"inexact_steps": inexact} if (inexact := run.bench.world.plant.inexact_steps) else {}),
             **({"wheel_lift_s": run.lifted_ticks / 1000.0} if run.lifted_ticks else {}),
         }
 
@@ -168,9 +171,15 @@ def _whole(decoder: FrameDecoder, pieces: Sequence[bytes]) -> int:
 
 
 def _trouble(run: Run) -> Iterator[str]:
-    bad = run.bench.world.plant.bad_currents
+    plant = run.bench.world.plant
+    bad = plant.bad_currents
     if bad:
         yield f"plant     {bad} commanded currents were no finite number; each was taken for 0 A"
+    if plant.inexact_steps > INEXACT_SHARE * run.ticks:
+        yield (
+            f"plant     {plant.inexact_steps} steps ended before the forces of the floor were exact: wheels are heavy"
+            " for this body, whose motion is near, not to the last digit; check both inertias and the body's mass"
+        )
     if run.lifted_ticks:
         yield (
             f"plant     a wheel would have left the floor for {run.lifted_ticks / 1000:.3f} s, first at"

@@ -65,6 +65,7 @@ class Contact:
         "_rows",
         "_yaw_inertia",
         "impulses_ns",
+        "inexact_steps",
         "speeds_radps",
         "sweeps",
     )  # fmt: skip
@@ -92,6 +93,8 @@ class Contact:
         self.impulses_ns: list[Impulses] = [(0.0, 0.0)] * len(wheels)
         self.sweeps = 0
         """Gauss-Seidel sweeps of the last step: 0 where the last modes, or those before them, still held."""
+        self.inexact_steps = 0
+        """How many steps ended at `MAX_SWEEPS`. Beside a wall the engine takes back what is left; here nobody does."""
         self._kept_ns = list(self.impulses_ns)
         self._adopt([(STANDS, HOLDS)] * len(wheels), self.impulses_ns)
         self._recent: list[Sequence[Mode]] = []
@@ -226,6 +229,8 @@ class Contact:
                     return found
             if sweeps.largest_mps <= TOLERANCE_MPS:
                 break
+        else:
+            self.inexact_steps += walls is None
         return self._as_swept(sweeps, wheels)
 
     def _as_swept(self, sweeps: Sweeps, wheels: Sequence[WheelState]) -> Row:
