@@ -35,6 +35,7 @@ from bench.loop import simulated
 from bench.m2006 import decode_command, encode_command
 from bench.messages import BodyTwist, TickInput
 from bench.rc.transmitter import Sticks, Transmitter
+from bench.scenarios import run as run_scenario
 from bench.screen.keyboard import Keyboard
 from bench.screen.session import Session
 from bench.screen.view import draw, places
@@ -324,6 +325,23 @@ def test_motors_of_a_robot_without_rc_move_as_its_core_asks_and_after_a_silence_
     assert plant.twist.vx_mps > 0.1
     bench.rig.close()
     assert escs.bus.read()[-1] == (0x200, bytes(8))
+    escs.close()
+
+
+def test_a_recordings_core_does_not_move_motors_again_after_a_silence(tmp_path):
+    """Its requests are bytes that go on as they were: nobody has asked for anything anew."""
+    run_scenario(robot="slamware-b", seconds=2.0, core=[{"at_s": 0.1, "vx_mps": 0.2}], record=tmp_path / "asked")
+    bench = ByHand(tmp_path / "asked", "motors", can="can:virtual:roles-recorded-core")
+    escs = EscsOnBus(load_robot("slamware-b"), open_can("escs", "can:virtual:roles-recorded-core"))
+    bench.run(escs, 1000)
+    assert escs.motors.plant.twist.vx_mps > 0.1
+    bench.rig.watch_operator(1000, silent=True)
+    bench.run(escs, 100)
+    bench.rig.watch_operator(1100, silent=False)
+    bench.run(escs, 900)
+    assert escs.motors.plant.twist.vx_mps == pytest.approx(0.0, abs=1e-3)
+    assert bench.rig.missing == ("real motors are held at zero: start this run anew to go on",)
+    bench.rig.close()
     escs.close()
 
 

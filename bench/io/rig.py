@@ -13,7 +13,7 @@ from bench.io.can_port import LAST_WORD_S, CanPort, open_can
 from bench.io.limiter import Limiter
 from bench.io.paced_writer import PacedWriter
 from bench.io.serial_port import SerialPort, open_serial
-from bench.messages import ZERO_TWIST, CanFrame, TickInput
+from bench.messages import ZERO_TWIST, BodyTwist, CanFrame, TickInput
 from bench.rc.line import USUAL
 
 SILENT = TickInput(b"", ZERO_TWIST)
@@ -74,7 +74,8 @@ class Rig:
         """Whether the base is armed, where somebody can tell."""
         self.is_for_core_alone = False
         """A robot without RC is armed for ever. It may go on when a standstill has been asked for."""
-        self._asked = ZERO_TWIST
+        self._asked: BodyTwist | None = ZERO_TWIST
+        """None: a recording's bytes ask, of which nobody knows here whether they ask for a standstill."""
         self._lost: dict[int, str] = {}
         self._flooded: set[int] = set()
 
@@ -87,7 +88,7 @@ class Rig:
     def missing(self) -> tuple[str, ...]:
         """The ports that are lost now, and why; or that motors stand still under a base that is armed."""
         if self.holds_zero and not self.is_silent and self._is_wanted():
-            return (HELD.format("ask it to stand" if self.is_for_core_alone else "disarm and arm again"),)
+            return (HELD.format(self._freed_by("disarm and arm again")),)
         return tuple(f"{self.ports[index].name}: {why}" for index, why in self._lost.items())
 
     def gated(self, inputs: Callable[[int], TickInput]) -> Callable[[int], TickInput]:
@@ -95,7 +96,7 @@ class Rig:
 
         def given(tick: int) -> TickInput:
             entering = inputs(tick)
-            if entering.core_twist is not None:
+            if entering.core_twist is not None or entering.slamware:
                 self._asked = entering.core_twist
             return SILENT if self.is_silent or (self.is_for_core_alone and self.holds_zero) else entering
 
@@ -162,9 +163,13 @@ class Rig:
 
     @property
     def _again(self) -> str:
-        if self.limiter is None:
-            return ""
-        return "; ask it to stand to go on" if self.is_for_core_alone else "; arm again to go on"
+        return f"; {self._freed_by('arm again')} to go on" if self.limiter is not None else ""
+
+    def _freed_by(self, arming: str) -> str:
+        """What lets motors go that are held at zero."""
+        if not self.is_for_core_alone:
+            return arming
+        return "ask it to stand" if self._asked is not None else "start this run anew"
 
     def serial(self, name: str, address: str, protocol: str | None = None) -> SerialPort | None:
         """Open a serial line of this rig; None for `sim:`."""
