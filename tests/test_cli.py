@@ -487,8 +487,9 @@ def test_what_the_user_gives_is_no_command_to_their_terminal(call, name):
         assert all(map(str.isprintable, err.splitlines()))
 
 
-def test_a_name_in_what_went_well_is_no_command_to_their_terminal(call, tmp_path):
+def test_a_name_in_what_went_well_is_no_command_to_their_terminal(call, tmp_path, monkeypatch):
     """Not in a line of its own either: `recorded  ...` is the last of what a script reads."""
+    monkeypatch.delenv("CI", raising=False)  # nothing is pinned there
     name = "two\nlines\x1b[31m\a"
     odd, spelling = tmp_path / name, "two\\nlines\\x1b[31m\\x07"
     odd.mkdir()
