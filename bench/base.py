@@ -46,8 +46,8 @@ class Base:
         self.motors = motor_bus(robot)
         self.reckoning = reckoning_of(robot, self.motors, self.kinematics, counts_rims=tells_rims(robot))
         self.odometry = self.reckoning.odometry if self.reckoning else odometry_of(robot, self.kinematics)
-        self.inverse, self.controller = control_of(robot, self.kinematics)
         self.drive = Drive(robot)
+        self.inverse, self.controller = control_of(robot, self.kinematics, self._field_heading_rad)
         motion = OmniMotion(robot, self.kinematics, self.odometry, self.motors.silences, self.reckoning)
         self.slave = slave_of(robot, motion)
         profile = robot.rc
@@ -111,3 +111,6 @@ class Base:
             self.wanted_radps = desaturate(speeds_radps, self.robot.limits.wheel_radps)
         commands = motors.command(self.controller.step(self.wanted_radps, motors.speeds_radps))
         return woken + commands if woken else commands, answer
+
+    def _field_heading_rad(self) -> float:
+        return self.drive.turned_rad(self.odometry.heading_rad)

@@ -10,7 +10,7 @@ their speeds, as much as the weakest can follow.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from bench.config import SPEED_LOOP, Robot
@@ -44,13 +44,19 @@ class Controller(Protocol):
         ...
 
 
-def control_of(robot: Robot, kinematics: Kinematics) -> tuple[Inverse, Controller]:
-    """What the robot's file or a run asks for. Raises UsageError where a printed form is not for this robot."""
+def control_of(
+    robot: Robot, kinematics: Kinematics, field_heading_rad: Callable[[], float] = lambda: 0.0
+) -> tuple[Inverse, Controller]:
+    """What the robot's file or a run asks for. Raises UsageError where a printed form is not for this robot.
+
+    `field_heading_rad` tells by how much the command was turned from the field into the body: some printed forms do
+    that themselves.
+    """
     if robot.control.kind == SPEED_LOOP:
         return kinematics, speed_controller(robot)
     from bench.as_printed.choices import control_as_printed
 
-    return control_as_printed(robot, kinematics)
+    return control_as_printed(robot, kinematics, field_heading_rad)
 
 
 def speed_controller(robot: Robot) -> SpeedController:

@@ -92,6 +92,10 @@ class Drive:
             self._ramped = self._ramp(wanted)
         return self._ramped
 
+    def turned_rad(self, heading_rad: float) -> float:
+        """By how much the command of now was turned from the field into the body; 0 where nobody drives so."""
+        return heading_rad - self._heading_zero_rad if self.field_centric and self.driver == DRIVER_RC else 0.0
+
     def _follow_link(self, tick: int, link: RcLink, heading_rad: float) -> None:
         """Arming and sticks, from the link's state and its last good frame: called where there is news."""
         profile = self._profile

@@ -25,8 +25,10 @@ from bench.config import (
 )
 from bench.controller import SpeedController, control_of
 from bench.errors import UsageError
-from bench.kinematics import Kinematics
+from bench.io.still import again, still
+from bench.kinematics import Kinematics, rotate_into_body
 from bench.odometry import Odometry, odometry_of
+from bench.scenarios import prepare
 
 SCENARIO = """
 schema = 1
@@ -147,6 +149,67 @@ def test_a_scenario_that_names_an_unknown_form_is_refused_with_its_path(scenario
     assert f"{path}: no odometry is called 'exakt'; did you mean exact?" in capsys.readouterr().err
 
 
+THREE_001 = ("document-001-three-as-printed", "document-001-three-detailed-as-printed")
+
+
+@pytest.mark.parametrize(
+    ("kind", "heading_deg", "forward", "yaw"),
+    [
+        (THREE_001[0], 0.0, 1.0, 0.0),
+        (THREE_001[0], 45.0, 0.0, 0.0),
+        (THREE_001[0], 90.0, -1.0, 0.0),
+        (THREE_001[1], 0.0, 1.0, 0.0),
+        (THREE_001[1], 90.0, -1.0 / 3.0, -2.0 / 3.0),
+    ],
+)
+def test_document_001_on_three_wheels_turns_the_command_itself(kind, heading_deg, forward, yaw):
+    """Asked for 1 m/s forward in the field: rows 9 and 10, whose motions are closed forms; `yaw` is R omega."""
+    robot = with_choices(load_robot("omni3"), kind)
+    kinematics, heading_rad = Kinematics(robot.wheels), math.radians(heading_deg)
+    inverse, _ = control_of(robot, kinematics, lambda: heading_rad)
+    vx, vy, omega = kinematics.fit(inverse.wheel_speeds((*rotate_into_body(1.0, 0.0, heading_rad), 0.0)))
+    found = rotate_into_body(vx, vy, -heading_rad)[0], abs(kinematics.axes[0][2]) * omega
+    assert found == pytest.approx((forward, yaw), abs=0.003), "the fast sine is off by 0.001"
+
+
+def test_after_most_of_a_turn_document_001_asks_a_wheel_for_twice_its_speed():
+    """Row 15: nothing wraps the heading, and with its radians a degree its sine of -240 degrees is 2.086."""
+    robot = with_choices(load_robot("omni3"), THREE_001[0])
+    inverse, _ = control_of(robot, Kinematics(robot.wheels), lambda: math.radians(300.0))
+    field_forward = (*rotate_into_body(1.0, 0.0, math.radians(300.0)), 0.0)
+    assert abs(inverse.wheel_speeds(field_forward)[0]) * robot.wheels[0].radius_m == pytest.approx(2.086, abs=0.0005)
+
+
+@pytest.mark.parametrize(("kind", "ahead"), [(None, 1.0), (THREE_001[0], -1.0)])
+def test_a_run_shows_that_field_centric_driving_goes_the_other_way(kind, ahead):
+    """Turned to the left by a quarter and asked for forward: with the printed form the robot comes back. Until it has
+    turned, the form is right.
+    """
+    stick = [
+        {"at_s": 0.1, "aux1": True}, {"at_s": 0.4, "aux1": False, "aux2": True}, {"at_s": 0.5, "turn": 0.5},
+        {"at_s": 1.57, "turn": 0.0}, {"at_s": 2.0, "forward": 0.4},
+    ]  # fmt: skip
+    job = prepare(robot="omni3", controller=kind, seconds=4.0, stick=stick)
+    for _ in job:
+        pass
+    pose = job.bench.world.plant.pose
+    assert abs(math.remainder(pose.heading_rad - math.pi / 2, math.tau)) < 0.35
+    assert pose.x_m * ahead > 0.2
+
+
+def test_a_form_that_hears_the_heading_goes_on_from_a_still():
+    """It holds on to its base, and that to it."""
+    bench = prepare(robot="omni3", controller=THREE_001[0], seconds=1.0).bench
+    other = again(still(bench))
+    other.base.drive.field_centric, other.base.drive.driver = True, "rc"
+    other.base.odometry.heading_rad = math.pi / 2
+    for one, forward in ((bench, 1.0), (other, -1.0)):
+        heading_rad = one.base.odometry.heading_rad
+        speeds = one.base.inverse.wheel_speeds((*rotate_into_body(1.0, 0.0, heading_rad), 0.0))
+        vx, vy, _ = one.base.kinematics.fit(speeds)
+        assert rotate_into_body(vx, vy, -heading_rad)[0] == pytest.approx(forward, abs=0.003)
+
+
 # --- every name, on every robot of ours -------------------------------------------------------------------------------
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
@@ -166,6 +229,8 @@ def test_every_kind_of_control_fits_the_robots_of_its_document(kind):
     fitting = {name for name, robot in ROBOTS.items() if fits(control_of, with_choices(robot, kind))}
     expected = {
         "inverse-004-as-printed": THREE_EVEN_ARMS,
+        "document-001-three-as-printed": {"omni3"},
+        "document-001-three-detailed-as-printed": {"omni3"},
         "document-001-four-as-printed": {"omni4"},
         "document-001-mecanum-as-printed": {"mecanum"},
     }

@@ -15,7 +15,7 @@ from bench.as_printed import document_000, document_001, document_002, document_
 from bench.config import Robot
 from bench.controller import Controller, Inverse, speed_controller
 from bench.errors import UsageError
-from bench.kinematics import Kinematics, Row
+from bench.kinematics import Kinematics, Row, rotate_into_body
 from bench.odometry import Odometry, wrap
 
 SAME_ANGLE_RAD = math.radians(0.01)
@@ -91,6 +91,35 @@ class Inverse004AsPrinted:
         bearings, distance_m, radius_m, clockwise = self._layout
         printed = document_004.inverse_as_printed(-vy, vx, -omega, bearings, distance_m, radius_m)
         return [sign * speed for sign, speed in zip(clockwise, printed, strict=True)]
+
+
+class ThreeWheels001AsPrinted:
+    """Document 001, three omni wheels: it turns the command into the body itself, by a heading that is not wrapped.
+
+    The compact code takes the heading as the text has it, clockwise: row 9. The "detailed" lines take it in the sense
+    that theirs want, so that what is wrong is their own: row 10. Both by the fast sine: rows 13 to 15.
+    """
+
+    FORMS: ClassVar[dict[str, tuple[Callable[[float, float, float, float], list[float]], float]]] = {
+        "document-001-three-as-printed": (document_001.three_wheels_as_printed, -1.0),
+        "document-001-three-detailed-as-printed": (document_001.three_wheels_detailed_as_printed, 1.0),
+    }
+
+    def __init__(self, robot: Robot, kinematics: Kinematics, field_heading_rad: Callable[[], float]) -> None:
+        name, bearings_deg = robot.control.kind, document_001.BEARINGS_3_DEG
+        self._form, self._sense = self.FORMS[name]
+        self._layout = fitting(name, robot, kinematics, bearings_deg, len(bearings_deg))
+        self._heading_rad = field_heading_rad
+
+    def wheel_speeds(self, twist: Sequence[float]) -> list[float]:
+        """Wheel speeds in rad/s; the twist is turned back into the field, where the form expects it."""
+        vx, vy, omega = twist
+        heading_rad = self._heading_rad()
+        vx_field, vy_field = rotate_into_body(vx, vy, -heading_rad)
+        _, distance_m, radius_m, clockwise = self._layout
+        heading_deg = self._sense * math.degrees(heading_rad)
+        printed = self._form(-vy_field, vx_field, distance_m * omega, heading_deg)
+        return [sign * speed / radius_m for sign, speed in zip(clockwise, printed, strict=True)]
 
 
 class FourWheels001AsPrinted:
@@ -219,13 +248,17 @@ def odometry_as_printed(robot: Robot, kinematics: Kinematics) -> Odometry:
     return Forward000AsPrinted(robot, kinematics)
 
 
-def control_as_printed(robot: Robot, kinematics: Kinematics) -> tuple[Inverse, Controller]:
+def control_as_printed(
+    robot: Robot, kinematics: Kinematics, field_heading_rad: Callable[[], float]
+) -> tuple[Inverse, Controller]:
     """The printed form that `control.kind` names: of the wheel speeds, or of the currents. Raises UsageError."""
     match robot.control.kind:
         case "current-as-printed":
             return kinematics, CurrentAsPrinted(robot)
         case "inverse-004-as-printed":
             return Inverse004AsPrinted(robot, kinematics), speed_controller(robot)
+        case "document-001-three-as-printed" | "document-001-three-detailed-as-printed":
+            return ThreeWheels001AsPrinted(robot, kinematics, field_heading_rad), speed_controller(robot)
         case "document-001-four-as-printed":
             return FourWheels001AsPrinted(robot, kinematics), speed_controller(robot)
         case "document-001-mecanum-as-printed":

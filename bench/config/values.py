@@ -20,6 +20,8 @@ CONTROL_KINDS = (
     SPEED_LOOP,
     "current-as-printed",
     "inverse-004-as-printed",
+    "document-001-three-as-printed",
+    "document-001-three-detailed-as-printed",
     "document-001-four-as-printed",
     "document-001-mecanum-as-printed",
 )
